@@ -3,13 +3,12 @@
 
     tools/python/setup.sh
     python3 benchmarks/segments.py OTB --out starts/OTB --whole
-    target/python-venv/bin/python benchmarks/calibrate.py starts/OTB starts/MINE [--model FOLDER]
+    target/python-venv/bin/python benchmarks/calibrate.py starts/OTB starts/MINE
 
 Each argument is a dataset in the OTB layout. The preset `robust` tracks all its sequences and says of each
 frame what the score counts: the means of the visible share, of the memory's response elsewhere and of how
-sure the memory of the first sure frames is, and the contrast of colours relative to the first frame; with a
-network, its odds and whether it agrees, in place of the memory's means. The score is the logistic function of
-a weighted sum of these. The fit is a logistic regression, with a penalty on the weights, of whether the box
+sure the memory of the first sure frames is, and the contrast of colours relative to the first frame. The score
+is the logistic function of a weighted sum of these. The fit is a logistic regression, with a penalty on the weights, of whether the box
 overlaps the truth by at least half; a frame without truth is a miss. Frames of a target that is given up take
 part: nothing is visible of it. Each target counts by the square root of its frames.
 
@@ -38,11 +37,8 @@ STEPS = 50
 PENALTY = 0.03
 # The settings of the score, in the order of the columns.
 ALONE = ("score_bias", "score_visible", "score_elsewhere", "score_contrast", "score_early")
-WITH_NETWORK = tuple(f"network_score_{name}" for name in ("bias", "visible", "contrast", "odds", "agrees"))
-# As in the tracker: the least contrast of the first frame, the most that a later one is relative to it, and
-# the range of the odds.
+# As in the tracker: the least contrast of the first frame, and the most that a later one is relative to it.
 LEAST_CONTRAST, MOST_CONTRAST = 0.05, 1.2
-LEAST_ODDS, MOST_ODDS = -4.0, 4.2
 
 Array = npt.NDArray[np.float64]
 
@@ -63,7 +59,7 @@ class Frames(NamedTuple):
         return Frames(*(part[which] for part in self))
 
 
-def track(sequence: Path, model: Path | None, settings: dict[str, float]) -> list[list[float]]:
+def track(sequence: Path, settings: dict[str, float]) -> list[list[float]]:
     """The rows of a sequence after its first frame."""
     true = paired.boxes(sequence / "groundtruth_rect.txt")
     config = patchlock.Config()
@@ -73,18 +69,12 @@ def track(sequence: Path, model: Path | None, settings: dict[str, float]) -> lis
     first = 0.0
     for k, image in patchlock.Frames(str(sequence / "img")):
         if k == 0:
-            tracker = patchlock.Tracker(image, true[0], config, model=model)
+            tracker = patchlock.Tracker(image, true[0], config)
         elif k < len(true):
             estimate, seen = tracker.update_observed(image)
             first = first or max(seen.contrast, LEAST_CONTRAST)
             contrast = min(seen.contrast / first, MOST_CONTRAST)
-            own = [1.0, seen.mean_visible, contrast if model else seen.mean_elsewhere]
-            if not model:
-                own += [contrast, seen.mean_early]
-            elif seen.odds is None:
-                own += [LEAST_ODDS, 0.0]
-            else:
-                own += [min(max(seen.odds, LEAST_ODDS), MOST_ODDS), float(seen.agrees)]
+            own = [1.0, seen.mean_visible, seen.mean_elsewhere, contrast, seen.mean_early]
             overlap = paired.overlap(tuple(estimate.box), true[k]) if true[k] else -1.0
             rows.append([*own, overlap, seen.visible])
     return rows
@@ -182,11 +172,10 @@ def read(
 class One(NamedTuple):
     """Tracks a sequence in another process."""
 
-    model: Path | None
     settings: dict[str, float]
 
     def __call__(self, sequence: Path) -> list[list[float]]:
-        return track(sequence, self.model, self.settings)
+        return track(sequence, self.settings)
 
 
 def setting(text: str) -> tuple[str, float]:
@@ -199,26 +188,22 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("datasets", nargs="+", type=Path, metavar="DATASET", help="in the OTB layout")
-    parser.add_argument("--model", type=Path, metavar="FOLDER", help="with this network")
     parser.add_argument(
         "--set", action="append", default=[], type=setting, metavar="NAME=NUMBER", help="another setting"
     )
     args = parser.parse_args()
     settings = dict(args.set)
-    frames, groups = read(args.datasets, One(args.model, settings))
+    frames, groups = read(args.datasets, One(settings))
     limits = {row.name: row.default for row in patchlock.parameters()} | settings
-    names = WITH_NETWORK if args.model else ALONE
-    if args.model:
-        limits["score_lost"] = limits["network_score_lost"]
     fitted = fit(frames)
     rows = {
-        "as it is set": logistic(frames.columns @ np.array([float(limits[name]) for name in names])),
+        "as it is set": logistic(frames.columns @ np.array([float(limits[name]) for name in ALONE])),
         "fitted on all": logistic(frames.columns @ fitted),
         "fitted on the other half": unseen(frames, groups[0]),
     }
     if len(args.datasets) > 1:
         rows["fitted on the other sets"] = unseen(frames, groups[1])
-    print(" ".join(f"{name}={value:.2f}" for name, value in zip(names, fitted)) + "\n")
+    print(" ".join(f"{name}={value:.2f}" for name, value in zip(ALONE, fitted)) + "\n")
     titles = "tracked that are off, off called tracked, off called lost, on called lost, >= .9 missed, ECE, AUROC, called tracked"
     print(f"| score | {titles.replace(', ', ' | ')} |")
     print("|---" * 9 + "|")

@@ -223,7 +223,7 @@ impl Plan {
             Method::Robust(robust) => {
                 robust.patch = 64.0;
                 (robust.patches.update_interval, robust.patches.small_update_interval) = (2, 3);
-                // Every other round over the presets has a second follower.
+                // Every other round over the presets has a network.
                 if usize::from(self.preset) / Preset::ALL.len() % 2 == 1 {
                     config.network = Some(made_up_network());
                 }

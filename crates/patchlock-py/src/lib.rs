@@ -45,6 +45,7 @@ fn _patchlock(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<estimate::Estimate>()?;
     module.add_class::<observation::PaperObservation>()?;
     module.add_class::<observation::RobustObservation>()?;
+    module.add_class::<observation::CommitteeObservation>()?;
     module.add_class::<observation::NetworkObservation>()?;
     module.add_class::<source::Frames>()?;
     module.add_class::<scene::Scene>()?;

@@ -1,5 +1,7 @@
 //! The Python class `MultiTracker`.
 
+use std::collections::BTreeMap;
+
 use patchlock::{FrameView, TargetId, Tracked};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyType};
@@ -8,7 +10,7 @@ use crate::config::{Choice, Config, chosen};
 use crate::driver::{Driver, Found, Saved, to_python};
 use crate::estimate::{Estimate, to_box};
 use crate::network::{Model, Network, RuntimeName};
-use crate::observation::Seen;
+use crate::observation::Views;
 
 /// Follows many targets through the frames of a video.
 ///
@@ -148,7 +150,8 @@ impl MultiTracker {
     ///
     /// Returns:
     ///     The estimates, and for each id a `RobustObservation`, with the method `paper` a
-    ///     `PaperObservation`, with `network` a `NetworkObservation`.
+    ///     `PaperObservation`, with `network` a `NetworkObservation`, with `robust` and a model a
+    ///     `CommitteeObservation`.
     ///
     /// Raises:
     ///     TypeError: As for `update`.
@@ -159,9 +162,10 @@ impl MultiTracker {
         frame: &Bound<'py, PyAny>,
     ) -> PyResult<Observed<'py>> {
         let found = self.driver.step(py, frame, |state, frame| {
-            let mut seen = Vec::new();
-            let mut observer =
-                |id: TargetId, view: &FrameView<'_>| seen.push((id.number(), Seen::of(view)));
+            let mut seen = BTreeMap::<u64, Views>::new();
+            let mut observer = |id: TargetId, view: &FrameView<'_>| {
+                seen.entry(id.number()).or_default().add(view);
+            };
             let tracked = state.tracker.update_observed(frame, &mut observer)?.to_vec();
             state.frame += 1;
             Ok((tracked, seen))
@@ -169,7 +173,7 @@ impl MultiTracker {
         let Found { result: (result, seen), frame, ms } = found;
         let observations = PyDict::new(py);
         for (id, seen) in seen {
-            observations.set_item(id, Seen::known(seen)?)?;
+            observations.set_item(id, seen.seen(py)?)?;
         }
         Ok((by_id(py, Found { result, frame, ms })?, observations))
     }

@@ -1,12 +1,16 @@
-//! The Python classes `PaperObservation`, `RobustObservation` and `NetworkObservation`.
+//! The Python classes `PaperObservation`, `RobustObservation`, `NetworkObservation` and
+//! `CommitteeObservation`.
 
 use numpy::ndarray::{Array2, Array3};
 use numpy::{PyArray1, PyArray2, PyArray3, ToPyArray};
-use patchlock::{BoundingBox, FrameView, NetworkView, PaperView, RobustView};
+use patchlock::{
+    BoundingBox, CommitteeView, FrameView, MemberView, NetworkView, PaperView, RobustView,
+};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
-use crate::estimate::box_tuple;
+use crate::estimate::{Estimate, box_tuple};
 
 /// What the method `paper` computed on one frame; `Tracker.update_observed` returns it.
 #[pyclass(frozen, module = "patchlock")]
@@ -33,8 +37,6 @@ pub struct RobustObservation {
     mean_visible: f64,
     mean_elsewhere: f64,
     mean_early: f64,
-    odds: Option<f64>,
-    agrees: Option<bool>,
     side: usize,
     cell: f64,
     follower: Vec<f32>,
@@ -51,28 +53,58 @@ pub struct NetworkObservation {
     seen: BoundingBox,
 }
 
-/// The observation of any method.
+/// What the default tracker and a network said on one frame, each for itself; `Tracker.update_observed`
+/// returns it.
+#[pyclass(frozen, module = "patchlock")]
+pub struct CommitteeObservation {
+    /// What each member said, and its observation.
+    members: Vec<(MemberView, Py<PyAny>)>,
+    agrees: bool,
+}
+
+/// The observation of any tracker.
 #[derive(IntoPyObject)]
 pub enum Seen {
     Paper(PaperObservation),
     Robust(RobustObservation),
     Network(NetworkObservation),
+    Committee(CommitteeObservation),
 }
 
-impl Seen {
-    /// A copy of what a tracker shows; `None` for a method that is not known here.
-    pub fn of(view: &FrameView<'_>) -> Option<Self> {
+/// What a tracker showed of a frame: a committee shows each member before itself.
+#[derive(Default)]
+pub struct Views {
+    seen: Vec<Seen>,
+    committee: Option<(Vec<MemberView>, bool)>,
+}
+
+impl Views {
+    /// Keeps a copy of what is shown.
+    pub fn add(&mut self, view: &FrameView<'_>) {
         match view {
-            FrameView::Paper(view) => Some(Self::Paper(PaperObservation::of(view))),
-            FrameView::Robust(view) => Some(Self::Robust(RobustObservation::of(view))),
-            FrameView::Network(view) => Some(Self::Network(NetworkObservation::of(view))),
-            _ => None,
+            FrameView::Paper(view) => self.seen.push(Seen::Paper(PaperObservation::of(view))),
+            FrameView::Robust(view) => self.seen.push(Seen::Robust(RobustObservation::of(view))),
+            FrameView::Network(view) => self.seen.push(Seen::Network(NetworkObservation::of(view))),
+            FrameView::Committee(CommitteeView { members, agrees, .. }) => {
+                self.committee = Some((members.to_vec(), *agrees));
+            }
+            _ => {}
         }
     }
 
-    /// The observation, which every method here has.
-    pub fn known(seen: Option<Self>) -> PyResult<Self> {
-        seen.ok_or_else(|| PyValueError::new_err("the method has nothing to observe"))
+    /// The observation of the tracker.
+    pub fn seen(self, py: Python<'_>) -> PyResult<Seen> {
+        let Some((members, agrees)) = self.committee else {
+            let first = self.seen.into_iter().next();
+            return first
+                .ok_or_else(|| PyValueError::new_err("the tracker has nothing to observe"));
+        };
+        let members = members
+            .into_iter()
+            .zip(self.seen)
+            .map(|(member, seen)| Ok((member, seen.into_pyobject(py)?.unbind())));
+        let members = members.collect::<PyResult<_>>()?;
+        Ok(Seen::Committee(CommitteeObservation { members, agrees }))
     }
 }
 
@@ -106,8 +138,6 @@ impl RobustObservation {
             mean_visible: view.mean_visible,
             mean_elsewhere: view.mean_elsewhere,
             mean_early: view.mean_early,
-            odds: view.odds,
-            agrees: view.agrees,
             side: view.side,
             cell: view.cell,
             follower: view.follower.to_vec(),
@@ -246,22 +276,6 @@ impl RobustObservation {
         self.mean_early
     }
 
-    /// The logarithm of the odds that the target is at the estimate, as the network says.
-    ///
-    /// `None` without a network, and once the target is given up.
-    #[getter]
-    fn odds(&self) -> Option<f64> {
-        self.odds
-    }
-
-    /// Whether filters and network agree on the place.
-    ///
-    /// `None` without a network, and once the target is given up.
-    #[getter]
-    fn agrees(&self) -> Option<bool> {
-        self.agrees
-    }
-
     /// Number of cells on a side of the search window around the estimate.
     #[getter]
     fn side(&self) -> usize {
@@ -332,4 +346,59 @@ impl NetworkObservation {
 fn square<T>(side: usize, samples: Vec<T>) -> PyResult<Array2<T>> {
     Array2::from_shape_vec((side, side), samples)
         .map_err(|error| PyValueError::new_err(error.to_string()))
+}
+
+#[pymethods]
+impl CommitteeObservation {
+    /// The estimate of each member by its name, `"robust"` and `"network"`.
+    ///
+    /// These have no visibility, and their frame is 0.
+    #[getter]
+    fn estimates<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let estimates = PyDict::new(py);
+        for (member, _) in &self.members {
+            let estimate = Estimate::from_rust(member.estimate.clone(), 0, 0.0);
+            estimates.set_item(member.name, estimate)?;
+        }
+        Ok(estimates)
+    }
+
+    /// The observation of each member by its name: a `RobustObservation` and a `NetworkObservation`.
+    #[getter]
+    fn observations<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let observations = PyDict::new(py);
+        for (member, seen) in &self.members {
+            observations.set_item(member.name, seen)?;
+        }
+        Ok(observations)
+    }
+
+    /// The logarithm of the odds that the other members give the box of each member, by its name.
+    ///
+    /// `None` where they agree with it or judge no boxes but their own.
+    #[getter]
+    fn judgements<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let judgements = PyDict::new(py);
+        for (member, _) in &self.members {
+            judgements.set_item(member.name, member.judgement)?;
+        }
+        Ok(judgements)
+    }
+
+    /// The names of the members whose boxes make the box of the estimate.
+    #[getter]
+    fn believed(&self) -> Vec<&'static str> {
+        let believed = self.members.iter().filter(|(member, _)| member.is_believed);
+        believed.map(|(member, _)| member.name).collect()
+    }
+
+    /// Whether the members agree on the place.
+    #[getter]
+    fn agrees(&self) -> bool {
+        self.agrees
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<CommitteeObservation, believed: {}>", self.believed().join(" and "))
+    }
 }

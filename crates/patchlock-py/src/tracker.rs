@@ -8,7 +8,7 @@ use crate::config::{Choice, Config, chosen};
 use crate::driver::{Driver, Found, Saved};
 use crate::estimate::{Estimate, to_box};
 use crate::network::{Model, Network, RuntimeName};
-use crate::observation::Seen;
+use crate::observation::{Seen, Views};
 
 /// Follows one target through the frames of a video.
 ///
@@ -132,7 +132,7 @@ impl Tracker {
     ///
     /// Returns:
     ///     The estimate and a `RobustObservation`, with the method `paper` a `PaperObservation`, with
-    ///     `network` a `NetworkObservation`.
+    ///     `network` a `NetworkObservation`, with `robust` and a model a `CommitteeObservation`.
     ///
     /// Raises:
     ///     TypeError: As for `update`.
@@ -143,14 +143,14 @@ impl Tracker {
         frame: &Bound<'_, PyAny>,
     ) -> PyResult<(Estimate, Seen)> {
         let found = self.driver.step(py, frame, |state, frame| {
-            let mut seen = None;
-            let mut observer = |view: &FrameView<'_>| seen = Seen::of(view);
+            let mut seen = Views::default();
+            let mut observer = |view: &FrameView<'_>| seen.add(view);
             let estimate = state.tracker.update_observed(frame, &mut observer)?.clone();
             state.frame += 1;
             Ok((estimate, seen))
         })?;
         let Found { result: (result, seen), frame, ms } = found;
-        Ok((Found { result, frame, ms }.into(), Seen::known(seen)?))
+        Ok((Found { result, frame, ms }.into(), seen.seen(py)?))
     }
 
     /// A copy of the settings.

@@ -185,6 +185,26 @@ def test_an_estimate_has_no_visibility_and_can_be_drawn(film, network):
         assert drawn.shape == frame.shape and not np.array_equal(drawn, frame)
 
 
+def test_what_each_member_of_a_committee_said_can_be_observed(film, network):
+    tracker, plain = (Tracker(film[0], BOX, model=network) for _ in range(2))
+    alone = Tracker(film[0], BOX)
+    for frame in film[1:]:
+        estimate, seen = tracker.update_observed(frame)
+        assert estimate == plain.update(frame)
+        assert isinstance(seen, patchlock.CommitteeObservation)
+        assert list(seen.estimates) == list(seen.observations) == list(seen.judgements) == ["robust", "network"]
+        own = alone.update(frame)
+        assert (seen.estimates["robust"].box, seen.estimates["robust"].score) == (own.box, own.score)
+        assert isinstance(seen.observations["network"], patchlock.NetworkObservation)
+        assert seen.agrees == (seen.believed == ["robust", "network"])
+        assert (seen.judgements["robust"] is None) == seen.agrees
+        assert seen.judgements["network"] is None and repr(seen)
+        if not seen.agrees:
+            [believed] = seen.believed
+            assert estimate.box == pytest.approx(seen.estimates[believed].box)
+            assert estimate.status != "tracked"
+
+
 def test_what_the_network_saw_can_be_observed(film, network):
     tracker, plain = (Tracker(film[0], BOX, "network", model=network) for _ in range(2))
     scores = {}

@@ -115,6 +115,19 @@ def test_the_cells_of_a_network(film, tmp_path):
     np.testing.assert_array_equal(shown.reshape(seen.scores.shape), (255 * seen.scores).astype(np.uint8))
 
 
+def test_the_members_of_a_committee(film, tmp_path):
+    recording = Recording(tmp_path / "a.rrd")
+    tracker = patchlock.Tracker(film[0], (70, 60, 40, 30), model=VITTRACK)
+    estimate, seen = tracker.update_observed(film[1])
+    patchlock.rerun.log(estimate, observation=seen, recording=recording.stream)
+    chunks = recording.chunks()
+    members = ["frame/robust", "frame/network", "frame/seen", "network/cells"]
+    members += [f"robust/{name}" for name in ("certainty", "follower", "memory")]
+    assert set(members) < set(rows(chunks))
+    certainty = seen.observations["robust"].certainty
+    assert column(chunks, "robust/certainty", "Scalars:scalars")[1] == [certainty]
+
+
 def test_ids_of_many_targets_are_appended_to_the_names(scene, film, tmp_path):
     recording = Recording(tmp_path / "a.rrd")
     tracker = patchlock.MultiTracker(config=QUICK)

@@ -106,7 +106,7 @@ impl TrackerConfig {
     }
 
     /// Gives the tracker a network: the preset `network` needs one, `robust` uses it as a
-    /// second follower.
+    /// second tracker.
     #[wasm_bindgen(js_name = useNetwork)]
     pub fn use_network(&mut self, network: &Network) {
         self.0.network = Some(network.0.clone());

@@ -70,6 +70,21 @@ impl Estimate {
         }
     }
 
+    /// The outline of this estimate, at the same angle, moved and stretched into another box.
+    pub(crate) fn outline_in(&self, bbox: BoundingBox) -> [Point; 4] {
+        let ([x, y], corners) = (self.bbox.centre(), &self.corners);
+        let side = [corners[1][0] - corners[0][0], corners[1][1] - corners[0][1]];
+        let angle = side[1].atan2(side[0]);
+        let ((sin, cos), [cx, cy]) = (angle.sin_cos(), bbox.centre());
+        let stretch = [(bbox.w, self.bbox.w), (bbox.h, self.bbox.h)].map(|(new, old)| new / old);
+        corners.map(|[px, py]| {
+            let (dx, dy) = (px - x, py - y);
+            let along = stretch[0] * (cos * dx + sin * dy);
+            let across = stretch[1] * (cos * dy - sin * dx);
+            [cx + cos * along - sin * across, cy + sin * along + cos * across]
+        })
+    }
+
     /// Checks an estimate that was read.
     ///
     /// # Errors
@@ -82,5 +97,29 @@ impl Estimate {
         let visible = self.visibility.as_ref().is_none_or(Visibility::is_sound);
         let reason = "a number of its latest estimate is out of range";
         (sound && visible).then_some(()).ok_or_else(|| error::snapshot(reason))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_outline_keeps_its_angle_in_another_box() {
+        let bbox = BoundingBox::around([20.0, 30.0], 11.0, 5.0);
+        let (sin, cos) = 0.3f64.sin_cos();
+        let turned = |centre: Point, [w, h]: [f64; 2]| {
+            [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]].map(|[x, y]| {
+                let (x, y) = (x * w, y * h);
+                [centre[0] + cos * x - sin * y, centre[1] + sin * x + cos * y]
+            })
+        };
+        let estimate =
+            Estimate { bbox, corners: turned([20.0, 30.0], [10.0, 4.0]), ..Estimate::empty() };
+        let moved = estimate.outline_in(BoundingBox::around([50.0, 10.0], 22.0, 2.5));
+        let expected = turned([50.0, 10.0], [20.0, 2.0]);
+        for (corner, expected) in moved.as_flattened().iter().zip(expected.as_flattened()) {
+            assert!((corner - expected).abs() < 1e-12, "{moved:?}");
+        }
     }
 }

@@ -21,7 +21,6 @@
 //! | sample: window, patch, features, spectra | `robust::window`, `vision::crop`, `correlation::features` |
 //! | hypotheses of follower and memory, map of colours | `robust::{follower, memory, colours}` |
 //! | the place on this frame, its rotation and size | `robust::{locate, turn, size}` |
-//! | a network beside the filters | `robust::{witness, rivals, regain}` |
 //! | evidence: certainty, visible parts | `robust::{memory, visible}`, `patch_model` |
 //! | decision: phase, status, score, what learns | `robust::status` |
 //! | search after a loss | `robust::search` |
@@ -33,7 +32,7 @@
 //! |---|---|---|
 //! | the whole | Fig. 1 | `paper` |
 //! | frame, grey | Sec. 2 | `vision::frame` |
-//! | affine state, motion, particles | Sec. 2, Eq. 22-23 | `paper::{state, motion, particles}` |
+//! | affine state, motion, particles | Sec. 2, Eq. 22-23 | `vision::state`, `paper::{motion, particles}` |
 //! | candidates: bilinear warp | Sec. 2 | `vision::warp` |
 //! | patches at two scales | Eq. 1 | `vision::patches` |
 //! | dictionaries | Eq. 2 | `patch_model::sparse::dictionary` |
@@ -48,12 +47,12 @@
 //! These modules are no part of the public interface: they are visible so that the tests and
 //! benchmarks of this crate can reach them, and change without notice.
 
+mod committee;
 mod config;
 #[doc(hidden)]
 pub mod correlation;
 mod error;
 mod estimate;
-mod method;
 mod multi;
 #[doc(hidden)]
 #[cfg_attr(not(feature = "network"), expect(dead_code, reason = "nothing makes a network"))]
@@ -70,7 +69,9 @@ pub mod patch_model;
 #[doc(hidden)]
 pub mod robust;
 mod snapshot;
+mod target;
 mod target_id;
+mod target_tracker;
 mod tracker;
 mod value;
 #[doc(hidden)]
@@ -87,8 +88,10 @@ pub use network::Network;
 #[cfg(feature = "network")]
 pub use network::{KNOWN_MODELS, KnownModel, ModelFile, Runtime};
 pub use network_error::NetworkError;
-pub use observe::{FrameView, NetworkView, Observer, PaperView, PatchView, RobustView, UpdateView};
-pub use paper::state::State;
+pub use observe::{
+    CommitteeView, FrameView, MemberView, NetworkView, Observer, PaperView, PatchView, RobustView,
+    UpdateView,
+};
 pub use patch_model::likelihood::{Feature, Gamma, Scales};
 pub use patch_model::sparse::codes::Code;
 pub use patch_model::visibility::{Visibility, VisibilityMap};
@@ -98,6 +101,7 @@ pub use tracker::Tracker;
 pub use value::{Kind, Value};
 pub use vision::frame::Frame;
 pub use vision::geometry::{BoundingBox, Point};
+pub use vision::state::State;
 
 /// Identifies the build: a hash of the library's sources, in hexadecimal. Boxes of two builds with
 /// the same hash and the same dependencies are comparable.

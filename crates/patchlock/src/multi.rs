@@ -9,12 +9,13 @@
 use crate::Error;
 use crate::config::TrackerConfig;
 use crate::estimate::Estimate;
-use crate::method::{Images, MethodScratch, Target};
 use crate::numeric::instructions::Instructions;
 use crate::numeric::parallel::*;
 use crate::observe::FrameView;
 use crate::snapshot::{MultiParts, MultiSnapshot, SavedTrack};
+use crate::target::{self, Images};
 use crate::target_id::TargetId;
+use crate::target_tracker::{Scratch, TargetTracker};
 use crate::vision::frame::{Frame, FrameSize};
 use crate::vision::geometry::BoundingBox;
 
@@ -55,7 +56,7 @@ pub struct Tracked {
 #[derive(Debug)]
 pub struct MultiTracker {
     config: TrackerConfig,
-    targets: Vec<Target>,
+    targets: Vec<Box<dyn TargetTracker>>,
     /// The ids and latest estimates of the targets, in the same order.
     tracked: Vec<Tracked>,
     next: u64,
@@ -63,7 +64,7 @@ pub struct MultiTracker {
     size: Option<FrameSize>,
     images: Images,
     /// One for each thread.
-    scratches: Vec<MethodScratch>,
+    scratches: Vec<Scratch>,
 }
 
 impl MultiTracker {
@@ -162,11 +163,11 @@ impl MultiTracker {
     pub fn update(&mut self, frame: &Frame<'_>) -> Result<&[Tracked], Error> {
         let threads = self.prepare(frame)?;
         let run = self.targets.len().div_ceil(threads).max(1);
-        let (method, images) = (&self.config.method, &self.images);
+        let input = self.images.of(frame);
         let runs = self.targets.par_chunks_mut(run).zip(self.tracked.par_chunks_mut(run));
         runs.zip(&mut self.scratches).try_for_each(|((targets, tracked), scratch)| {
             targets.iter_mut().zip(tracked).try_for_each(|(target, tracked)| {
-                target.step((frame, images), method, scratch, None, &mut tracked.estimate)
+                target.update(input, scratch, None, &mut tracked.estimate)
             })
         })?;
         Ok(&self.tracked)
@@ -183,20 +184,20 @@ impl MultiTracker {
         observer: &mut dyn FnMut(TargetId, &FrameView<'_>),
     ) -> Result<&[Tracked], Error> {
         self.prepare(frame)?;
-        let (method, images) = (&self.config.method, &self.images);
+        let input = self.images.of(frame);
         let scratch = &mut self.scratches[0];
         for (target, Tracked { id, estimate }) in self.targets.iter_mut().zip(&mut self.tracked) {
             let mut show = |view: &FrameView<'_>| observer(*id, view);
-            target.step((frame, images), method, scratch, Some(&mut show), estimate)?;
+            target.update(input, scratch, Some(&mut show), estimate)?;
         }
         Ok(&self.tracked)
     }
 
     /// Everything that is needed to continue to the same boxes later; see [`MultiSnapshot`].
     pub fn snapshot(&self) -> MultiSnapshot {
-        let track = |(target, tracked): (&Target, &Tracked)| {
+        let track = |(target, tracked): (&Box<dyn TargetTracker>, &Tracked)| {
             let estimate = tracked.estimate.clone();
-            (tracked.id, SavedTrack { target: target.saved(), estimate })
+            (tracked.id, SavedTrack { target: target::saved(&**target), estimate })
         };
         let tracks = self.targets.iter().zip(&self.tracked).map(track).collect();
         MultiSnapshot::new(MultiParts {
@@ -220,7 +221,7 @@ impl MultiTracker {
         tracker.size = frame_size.map(FrameSize::checked).transpose()?;
         for (id, SavedTrack { target, estimate }) in tracks {
             estimate.check()?;
-            tracker.targets.push(Target::restore(target, &tracker.config)?);
+            tracker.targets.push(target::restore(target, &tracker.config)?);
             tracker.tracked.push(Tracked { id, estimate });
         }
         // A target names the network that it needs, so this is checked after the targets.
@@ -233,19 +234,23 @@ impl MultiTracker {
         self.check_size(frame)?;
         self.images.fill(frame, &self.config.method)?;
         let threads = current_num_threads().max(1);
-        self.scratches.resize_with(threads, MethodScratch::default);
+        self.scratches.resize_with(threads, Scratch::default);
         Ok(threads)
     }
 
-    fn begin(&mut self, frame: &Frame<'_>, bbox: BoundingBox) -> Result<(Target, Estimate), Error> {
+    fn begin(
+        &mut self,
+        frame: &Frame<'_>,
+        bbox: BoundingBox,
+    ) -> Result<(Box<dyn TargetTracker>, Estimate), Error> {
         bbox.check_in(frame.width(), frame.height())?;
         self.check_size(frame)?;
         self.images.fill(frame, &self.config.method)?;
         if self.scratches.is_empty() {
-            self.scratches.push(MethodScratch::default());
+            self.scratches.push(Scratch::default());
         }
         self.size = Some(frame.size());
-        Target::begin((frame, &self.images), bbox, &self.config, &mut self.scratches[0])
+        target::begin(self.images.of(frame), bbox, &self.config, &mut self.scratches[0])
     }
 
     /// The size of the frames, while there are targets.

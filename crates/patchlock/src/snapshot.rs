@@ -5,14 +5,14 @@ use crate::Error;
 use crate::config::TrackerConfig;
 use crate::error;
 use crate::estimate::Estimate;
-use crate::method::SavedTarget;
 use crate::network::Network;
+use crate::target::SavedTarget;
 use crate::target_id::TargetId;
 use crate::vision::frame::FrameSize;
 use serde::{Deserialize, Serialize};
 
 /// The version of the saved form; raised when the meaning of its fields changes.
-const VERSION: u32 = 8;
+const VERSION: u32 = 9;
 
 /// The state of a [`Tracker`](crate::Tracker) between two frames.
 ///

@@ -3,10 +3,11 @@
 use crate::Error;
 use crate::config::TrackerConfig;
 use crate::estimate::Estimate;
-use crate::method::{Images, MethodScratch, Target};
 use crate::numeric::instructions::Instructions;
 use crate::observe::Observer;
 use crate::snapshot::{SavedTrack, Snapshot};
+use crate::target::{self, Images};
+use crate::target_tracker::{Scratch, TargetTracker};
 use crate::vision::frame::{Frame, FrameSize};
 use crate::vision::geometry::BoundingBox;
 
@@ -32,10 +33,10 @@ pub struct Tracker {
     config: TrackerConfig,
     /// The size of the frames that the target is tracked in.
     size: FrameSize,
-    target: Target,
+    target: Box<dyn TargetTracker>,
     estimate: Estimate,
     images: Images,
-    scratch: MethodScratch,
+    scratch: Scratch,
 }
 
 impl Tracker {
@@ -57,9 +58,9 @@ impl Tracker {
         config.check_network()?;
         Instructions::chosen()?;
         bbox.check_in(frame.width(), frame.height())?;
-        let (mut images, mut scratch) = (Images::default(), MethodScratch::default());
+        let (mut images, mut scratch) = (Images::default(), Scratch::default());
         images.fill(frame, &config.method)?;
-        let (target, estimate) = Target::begin((frame, &images), bbox, &config, &mut scratch)?;
+        let (target, estimate) = target::begin(images.of(frame), bbox, &config, &mut scratch)?;
         Ok(Self { config, size: frame.size(), target, estimate, images, scratch })
     }
 
@@ -73,7 +74,7 @@ impl Tracker {
         let Self { config, images, scratch, .. } = self;
         bbox.check_in(frame.width(), frame.height())?;
         images.fill(frame, &config.method)?;
-        (self.target, self.estimate) = Target::begin((frame, images), bbox, config, scratch)?;
+        (self.target, self.estimate) = target::begin(images.of(frame), bbox, config, scratch)?;
         self.size = frame.size();
         Ok(&self.estimate)
     }
@@ -113,7 +114,8 @@ impl Tracker {
 
     /// Everything that is needed to continue to the same boxes later; see [`Snapshot`].
     pub fn snapshot(&self) -> Snapshot {
-        let track = SavedTrack { target: self.target.saved(), estimate: self.estimate.clone() };
+        let track =
+            SavedTrack { target: target::saved(&*self.target), estimate: self.estimate.clone() };
         Snapshot::new(self.config.clone(), self.size, track)
     }
 
@@ -128,8 +130,8 @@ impl Tracker {
         config.validate()?;
         estimate.check()?;
         Instructions::chosen()?;
-        let target = Target::restore(target, &config)?;
-        let (images, scratch) = (Images::default(), MethodScratch::default());
+        let target = target::restore(target, &config)?;
+        let (images, scratch) = (Images::default(), Scratch::default());
         Ok(Self { config, size: size.checked()?, target, estimate, images, scratch })
     }
 
@@ -141,7 +143,7 @@ impl Tracker {
         let Self { config, size, target, estimate, images, scratch } = self;
         size.expect(frame.size())?;
         images.fill(frame, &config.method)?;
-        target.step((frame, images), &config.method, scratch, observer, estimate)?;
+        target.update(images.of(frame), scratch, observer, estimate)?;
         Ok(estimate)
     }
 }

@@ -22,6 +22,7 @@ from patchlock import rerun
 from patchlock._export import export
 from patchlock._patchlock import (
     PRESETS,
+    CommitteeObservation,
     Config,
     Estimate,
     Frames,
@@ -50,6 +51,7 @@ __all__ = [
     "PRESETS",
     "Box",
     "BoxLike",
+    "CommitteeObservation",
     "Config",
     "Estimate",
     "FrameLike",

@@ -13,6 +13,7 @@ from patchlock._types import Box, BoxLike, FrameLike, ModelLike, Visibility
 
 __version__: Final[str]
 __all__ = [
+    "CommitteeObservation",
     "Config",
     "Estimate",
     "Frames",
@@ -201,8 +202,8 @@ class RobustConfig:
     sure_visible: float
     """No frame is sure below this part of the visible share on sure frames. Allowed: 0 to 10."""
     sure_shown: float
-    """Without a network, no frame is sure if less than this share of the target is reported as
-    visible. Allowed: 0 to 1.
+    """No frame is sure if less than this share of the target is reported as visible. Allowed: 0 to
+    1.
     """
     first_frames: int
     """Number of first frames that count as sure whatever the memory responds. Allowed: 0 to 10000.
@@ -345,72 +346,13 @@ class RobustConfig:
     on a logarithmic scale, that is taken out of all its later boxes. Allowed: 0 to 1.
     """
     agree_overlap: float
-    """Filters and network agree while their boxes overlap by more than this. Allowed: 0 to 1."""
-    network_centre: float
-    """While they agree, share of the way from the filters' centre to that of the network, if the
-    memory knows the target. Allowed: 0 to 1.
+    """Default tracker and network agree while their boxes overlap by more than this. Allowed: 0 to
+    1.
     """
-    network_centre_most: float
-    """The same if only the network knows it. Allowed: 0 to 1."""
-    network_size: float
-    """While they agree, share of the change of size that the network's own rules make. Allowed: 0
-    to 1.
+    network_visible: float
+    """With a network, the target counts as tracked if at least this share of it is visible and both
+    agree. Allowed: 0 to 1.
     """
-    dispute_rate: float
-    """While they disagree, rate of the running mean of the difference in evidence. Allowed: 0 to 1.
-    """
-    dispute_margin: float
-    """Difference in evidence that decides: in units of the memory's mean response. Allowed: 0 to
-    10.
-    """
-    dispute_after: int
-    """Number of frames after which a dispute is decided. Allowed: 1 to 10000."""
-    dispute_odds: float
-    """The network wins a dispute only above these odds, as a logarithm: 0 is even. Allowed: -100 to
-    100.
-    """
-    dispute_unit: float
-    """Logarithm of the network's odds that counts as much as the memory's mean response. Allowed:
-    0.1 to 100.
-    """
-    dispute_bias: float
-    """Added to the network's evidence: the memory favours the place of the filters, which is where
-    they respond most. Allowed: -100 to 100.
-    """
-    denied_odds: float
-    """A place is not doubtful from these odds of the network on, as a logarithm. Allowed: -100 to
-    100.
-    """
-    denied_below: float
-    """Below `denied_odds`, a place is doubtful if the memory's response is below this share of its
-    mean. Allowed: 0 to 10.
-    """
-    denied_after: int
-    """The target is lost after this many consecutive frames with both. Allowed: 1 to 10000."""
-    network_windows: int
-    """Number of windows that the network looks at on each frame while the target is lost. Allowed:
-    1 to 1000.
-    """
-    found_confirmed: float
-    """While the target is lost, a place that the memory finds counts from these odds of the network
-    on, as a logarithm. Allowed: -100 to 100.
-    """
-    found_alone: float
-    """While the target is lost, a place that the network finds counts above these odds, as a
-    logarithm. Allowed: -100 to 100.
-    """
-    network_score_bias: float
-    """Constant term of the score if there is a network. Allowed: -100 to 100."""
-    network_score_visible: float
-    """Weight of the mean visible share in the score if there is a network. Allowed: -100 to 100."""
-    network_score_contrast: float
-    """Weight in the score of how well colours tell the target from what is around it, relative to
-    the first frame, if there is a network. Allowed: -100 to 100.
-    """
-    network_score_odds: float
-    """Weight of the logarithm of the network's odds in the score. Allowed: -100 to 100."""
-    network_score_agrees: float
-    """Added to the score's sum if filters and network agree. Allowed: -100 to 100."""
     network_score_lost: float
     """The target counts as lost below this score if there is a network. Allowed: 0 to 1."""
     patches: PatchModelConfig
@@ -722,7 +664,9 @@ class Tracker:
 
     def update_observed(
         self, frame: FrameLike
-    ) -> tuple[Estimate, PaperObservation | RobustObservation | NetworkObservation]:
+    ) -> tuple[
+        Estimate, PaperObservation | RobustObservation | NetworkObservation | CommitteeObservation
+    ]:
         """Does the same as `update` and also returns what happened inside the tracker.
 
         The estimate is the same, but it takes longer: the method `paper` evaluates every particle
@@ -730,7 +674,7 @@ class Tracker:
 
         Returns:
             The estimate and a `RobustObservation`, with the method `paper` a `PaperObservation`, with
-            `network` a `NetworkObservation`.
+            `network` a `NetworkObservation`, with `robust` and a model a `CommitteeObservation`.
 
         Raises:
             TypeError: As for `update`.
@@ -867,7 +811,7 @@ class MultiTracker:
     def update_observed(
         self, frame: FrameLike
     ) -> tuple[
-        dict[int, Estimate], dict[int, PaperObservation | RobustObservation | NetworkObservation]
+        dict[int, Estimate], dict[int, PaperObservation | RobustObservation | NetworkObservation | CommitteeObservation]
     ]:
         """Does the same as `update` and also returns what happened inside the tracker.
 
@@ -876,7 +820,8 @@ class MultiTracker:
 
         Returns:
             The estimates, and for each id a `RobustObservation`, with the method `paper` a
-            `PaperObservation`, with `network` a `NetworkObservation`.
+            `PaperObservation`, with `network` a `NetworkObservation`, with `robust` and a model a
+            `CommitteeObservation`.
 
         Raises:
             TypeError: As for `update`.
@@ -1137,20 +1082,6 @@ class RobustObservation:
         """The running mean of the visible share over all frames, which the score counts."""
 
     @property
-    def odds(self) -> float | None:
-        """The logarithm of the odds that the target is at the estimate, as the network says.
-
-        `None` without a network, and once the target is given up.
-        """
-
-    @property
-    def agrees(self) -> bool | None:
-        """Whether filters and network agree on the place.
-
-        `None` without a network, and once the target is given up.
-        """
-
-    @property
     def side(self) -> int:
         """Number of cells on a side of the search window around the estimate."""
 
@@ -1194,6 +1125,40 @@ class NetworkObservation:
     @property
     def seen(self) -> Box:
         """The box `(x, y, w, h)` that the chosen cell saw, before its size was smoothed."""
+
+
+@final
+class CommitteeObservation:
+    """What the default tracker and a network said on one frame, each for itself; `Tracker.update_observed`
+    returns it.
+    """
+
+    @property
+    def estimates(self) -> dict[str, Estimate]:
+        """The estimate of each member by its name, `"robust"` and `"network"`.
+
+        These have no visibility, and their frame is 0.
+        """
+
+    @property
+    def observations(self) -> dict[str, RobustObservation | NetworkObservation]:
+        """The observation of each member by its name: a `RobustObservation` and a `NetworkObservation`.
+        """
+
+    @property
+    def judgements(self) -> dict[str, float | None]:
+        """The logarithm of the odds that the other members give the box of each member, by its name.
+
+        `None` where they agree with it or judge no boxes but their own.
+        """
+
+    @property
+    def believed(self) -> list[str]:
+        """The names of the members whose boxes make the box of the estimate."""
+
+    @property
+    def agrees(self) -> bool:
+        """Whether the members agree on the place."""
 
 
 @final

@@ -19,7 +19,12 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from patchlock._patchlock import Estimate, NetworkObservation, RobustObservation
+from patchlock._patchlock import (
+    CommitteeObservation,
+    Estimate,
+    NetworkObservation,
+    RobustObservation,
+)
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -39,7 +44,7 @@ _LOST = (150, 156, 164)
 def log(
     estimate: Estimate | Mapping[int, Estimate],
     frame: FrameLike | None = None,
-    observation: PaperObservation | RobustObservation | NetworkObservation | None = None,
+    observation: PaperObservation | RobustObservation | NetworkObservation | CommitteeObservation | None = None,
     *,
     entity: str = "patchlock",
     timeline: str = "frame",
@@ -76,6 +81,13 @@ def log(
     |---|---|
     | `<entity>/cells` | the scores of the cells of the search window; white is 1 |
     | `<entity>/frame/seen` | the box that the network saw, before its size was smoothed |
+
+    A `CommitteeObservation` adds:
+
+    | entity | content |
+    |---|---|
+    | `<entity>/robust`, `/network` | what the observations of the members add |
+    | `<entity>/frame/robust`, `/frame/network` | the members' own boxes |
 
     If the method does not know which patches are visible, the entities of patches are left out. With several targets, the id is appended to every entity except the frame, as in
     `patchlock/score/2`. Without targets, nothing is logged.
@@ -144,8 +156,19 @@ def _of_estimate(estimate: Estimate, name: str) -> Iterator[tuple[str, rr.AsComp
         yield f"patches/{scale}", rr.Image(np.where(visible[..., None], _VISIBLE, _HIDDEN).astype(np.uint8))
 
 
-def _of_observation(seen: PaperObservation | RobustObservation | NetworkObservation) -> Iterator[tuple[str, rr.AsComponents]]:
+def _of_observation(
+    seen: PaperObservation | RobustObservation | NetworkObservation | CommitteeObservation,
+) -> Iterator[tuple[str, rr.AsComponents]]:
     import rerun as rr
+
+    if isinstance(seen, CommitteeObservation):
+        for name, member in seen.observations.items():
+            for entity, content in _of_observation(member):
+                yield entity if entity.startswith("frame/") else f"{name}/{entity}", content
+        for name, estimate in seen.estimates.items():
+            x, y, w, h = estimate.box
+            yield f"frame/{name}", rr.Boxes2D(mins=[[x, y]], sizes=[[w, h]], colors=[_LOST])
+        return
 
     if isinstance(seen, RobustObservation):
         yield "certainty", rr.Scalars(seen.certainty)

@@ -83,7 +83,7 @@ group! {
         sure: f64 = 0.7, number(0.0, 10.0);
         /// No frame is sure below this part of the visible share on sure frames.
         sure_visible: f64 = 0.1, number(0.0, 10.0);
-        /// Without a network, no frame is sure if less than this share of the target is reported as
+        /// No frame is sure if less than this share of the target is reported as
         /// visible.
         sure_shown: f64 = 0.5, number(0.0, 1.0);
         /// Number of first frames that count as sure whatever the memory responds.
@@ -188,56 +188,13 @@ group! {
         /// Share of the difference between the box of the first frame and what the network sees
         /// there, on a logarithmic scale, that is taken out of all its later boxes.
         network_fit: f64 = 0.6, number(0.0, 1.0);
-        /// Filters and network agree while their boxes overlap by more than this.
+        /// Default tracker and network agree while their boxes overlap by more than this.
         agree_overlap: f64 = 0.4, number(0.0, 1.0);
-        /// While they agree, share of the way from the filters' centre to that of the network, if
-        /// the memory knows the target.
-        network_centre: f64 = 0.4, number(0.0, 1.0);
-        /// The same if only the network knows it.
-        network_centre_most: f64 = 0.9, number(0.0, 1.0);
-        /// While they agree, share of the change of size that the network's own rules make.
-        network_size: f64 = 0.7, number(0.0, 1.0);
-        /// While they disagree, rate of the running mean of the difference in evidence.
-        dispute_rate: f64 = 0.3, number(0.0, 1.0);
-        /// Difference in evidence that decides: in units of the memory's mean response.
-        dispute_margin: f64 = 0.1, number(0.0, 10.0);
-        /// Number of frames after which a dispute is decided.
-        dispute_after: usize = 3, number(1.0, 10_000.0);
-        /// The network wins a dispute only above these odds, as a logarithm: 0 is even.
-        dispute_odds: f64 = 0.0, number(-100.0, 100.0);
-        /// Logarithm of the network's odds that counts as much as the memory's mean response.
-        dispute_unit: f64 = 3.0, number(0.1, 100.0);
-        /// Added to the network's evidence: the memory favours the place of the filters, which is
-        /// where they respond most.
-        dispute_bias: f64 = 0.5, number(-100.0, 100.0);
-        /// A place is not doubtful from these odds of the network on, as a logarithm.
-        denied_odds: f64 = 0.0, number(-100.0, 100.0);
-        /// Below `denied_odds`, a place is doubtful if the memory's response is below this share
-        /// of its mean.
-        denied_below: f64 = 0.45, number(0.0, 10.0);
-        /// The target is lost after this many consecutive frames with both.
-        denied_after: usize = 3, number(1.0, 10_000.0);
-        /// Number of windows that the network looks at on each frame while the target is lost.
-        network_windows: usize = 3, number(1.0, 1000.0);
-        /// While the target is lost, a place that the memory finds counts from these odds of the
-        /// network on, as a logarithm.
-        found_confirmed: f64 = 0.0, number(-100.0, 100.0);
-        /// While the target is lost, a place that the network finds counts above these odds, as a
-        /// logarithm.
-        found_alone: f64 = 1.2, number(-100.0, 100.0);
-        /// Constant term of the score if there is a network.
-        network_score_bias: f64 = -3.7, number(-100.0, 100.0);
-        /// Weight of the mean visible share in the score if there is a network.
-        network_score_visible: f64 = 2.6, number(-100.0, 100.0);
-        /// Weight in the score of how well colours tell the target from what is around it, relative
-        /// to the first frame, if there is a network.
-        network_score_contrast: f64 = 2.6, number(-100.0, 100.0);
-        /// Weight of the logarithm of the network's odds in the score.
-        network_score_odds: f64 = 0.7, number(-100.0, 100.0);
-        /// Added to the score's sum if filters and network agree.
-        network_score_agrees: f64 = 1.2, number(-100.0, 100.0);
+        /// With a network, the target counts as tracked if at least this share of it is visible and both
+        /// agree.
+        network_visible: f64 = 0.25, number(0.0, 1.0);
         /// The target counts as lost below this score if there is a network.
-        network_score_lost: f64 = 0.5, number(0.0, 1.0);
+        network_score_lost: f64 = 0.55, number(0.0, 1.0);
     }
 }
 
@@ -261,9 +218,7 @@ impl RobustConfig {
 
     /// Whether the setting counts only if there is a network.
     pub(super) fn needs_network(name: &str) -> bool {
-        let groups = ["network_", "agree_", "dispute_", "denied_"];
-        let found = ["found_confirmed", "found_alone"];
-        groups.iter().any(|group| name.starts_with(group)) || found.contains(&name)
+        ["network_", "agree_"].iter().any(|group| name.starts_with(group))
     }
 
     /// Checks the settings that a range cannot express.

@@ -1,20 +1,23 @@
 //! The method `network`: the loop that was published with the network. It looks at the window
 //! around the last place and moves to where the network sees the target.
 
-pub(crate) mod view;
-
 use crate::config::NetworkConfig;
 use crate::estimate::{Estimate, Status};
 use crate::network::Network;
 use crate::network::look::{Buffers, Look, Place, Settled, logistic};
 use crate::network_error::NetworkError;
+use crate::observe::{FrameView, NetworkView, Observer};
+use crate::target_tracker::{Input, Scratch, TargetTracker};
 use crate::vision::frame::{Frame, FrameSize};
 use crate::vision::geometry::{BoundingBox, MAX_SIDE};
 use serde::{Deserialize, Serialize};
-use view::NetworkView;
 
 /// The shortest side of a target, in pixels.
 const MIN_SIDE: f64 = 10.0;
+
+/// The first box of a network differs from that of the user at most by this factor: a larger
+/// difference means another object.
+const MOST_FACTOR: f64 = 2.0;
 
 /// A target of the method `network`.
 #[derive(Debug)]
@@ -24,6 +27,9 @@ pub(crate) struct NetworkTarget {
     /// The mean colour of the first frame, which is seen beyond the frame's border.
     border: [f32; 3],
     template: Vec<f32>,
+    /// Width and height of its boxes, relative to those that the network sees.
+    factor: [f64; 2],
+    config: NetworkConfig,
 }
 
 /// Buffers, shared by all targets of a thread.
@@ -40,19 +46,36 @@ pub(crate) struct SavedNetwork {
     place: Place,
     border: [f32; 3],
     template: Vec<f32>,
+    factor: [f64; 2],
 }
 
 impl NetworkTarget {
-    /// Begins on the target in this box of the first frame.
+    /// Begins on the target in this box of the first frame. Networks are trained on boxes that are
+    /// wider or narrower than those of a user; `fit` is the share of the difference, on a
+    /// logarithmic scale, that is taken out of all later boxes.
+    ///
+    /// # Errors
+    /// [`NetworkError::Runtime`] if the network fails.
     pub fn begin(
         network: &Network,
         frame: &Frame<'_>,
         bbox: BoundingBox,
+        (config, fit): (NetworkConfig, f64),
         scratch: &mut NetworkScratch,
     ) -> Result<(Self, Estimate), NetworkError> {
         let (place, border) = (Place::of(bbox), frame.mean_colour());
-        let template = network.family().template(frame, border, place, &mut scratch.buffers)?;
-        let target = Self { network: network.clone(), place, border, template };
+        let (family, buffers) = (network.family(), &mut scratch.buffers);
+        let template = family.template(frame, border, place, buffers)?;
+        let mut factor = [1.0; 2];
+        if fit > 0.0 {
+            family.look(frame, border, &template, place, buffers)?;
+            let seen = buffers.look.places[family.settle(&buffers.look, place).cell];
+            factor = [0, 1].map(|k| {
+                let factor = place.size[k] / seen.size[k];
+                factor.clamp(1.0 / MOST_FACTOR, MOST_FACTOR).powf(fit)
+            });
+        }
+        let target = Self { network: network.clone(), place, border, template, factor, config };
         let mut estimate = Estimate::empty();
         fill(place, 1.0, Status::Tracked, &mut estimate);
         Ok((target, estimate))
@@ -62,18 +85,18 @@ impl NetworkTarget {
     pub fn step(
         &mut self,
         frame: &Frame<'_>,
-        config: &NetworkConfig,
         scratch: &mut NetworkScratch,
         show: Option<&mut dyn FnMut(NetworkView<'_>)>,
         estimate: &mut Estimate,
     ) -> Result<(), NetworkError> {
-        let Self { network, place, border, template } = self;
+        let Self { network, place, border, template, factor, config } = self;
         let NetworkScratch { buffers } = scratch;
         network.family().look(frame, *border, template, *place, buffers)?;
         let settled = network.family().settle(&buffers.look, *place);
         *place = within(settled.place, frame.size());
         let score = logistic(network.family().odds(buffers.look.logits[settled.cell]));
-        fill(*place, score, status(score, config), estimate);
+        let size = [0, 1].map(|k| place.size[k] * factor[k]);
+        fill(Place { size, ..*place }, score, status(score, config), estimate);
         if let Some(show) = show {
             show(view(&buffers.look, settled));
         }
@@ -82,23 +105,29 @@ impl NetworkTarget {
 
     /// The target as a snapshot holds it.
     pub fn saved(&self) -> SavedNetwork {
-        let Self { network, place, border, template } = self;
-        let network = network.hash().to_owned();
-        SavedNetwork { network, place: *place, border: *border, template: template.clone() }
+        let Self { network, place, border, template, factor, .. } = self;
+        let (network, template) = (network.hash().to_owned(), template.clone());
+        SavedNetwork { network, place: *place, border: *border, template, factor: *factor }
     }
 
     /// A target that continues from a saved one.
     ///
     /// # Errors
     /// The network is missing or another one, or the numbers do not fit it.
-    pub fn restore(saved: SavedNetwork, network: Option<&Network>) -> Result<Self, crate::Error> {
-        let SavedNetwork { network: needed, place, border, template } = saved;
+    pub fn restore(
+        saved: SavedNetwork,
+        config: NetworkConfig,
+        network: Option<&Network>,
+    ) -> Result<Self, crate::Error> {
+        let SavedNetwork { network: needed, place, border, template, factor } = saved;
         let Some(network) = network.filter(|network| network.hash() == needed) else {
             let given = network.map(|network| network.hash().to_owned());
             return Err(NetworkError::Other { needed, given }.into());
         };
         let numbers = border.iter().chain(&template).all(|number| number.is_finite());
-        if !place.is_sound() || place.size.iter().any(|&side| side > MAX_SIDE) || !numbers {
+        let factors = factor.iter().all(|f| (1.0 / MOST_FACTOR..=MOST_FACTOR).contains(f));
+        let is_place = place.is_sound() && place.size.iter().all(|&side| side <= MAX_SIDE);
+        if !(is_place && numbers && factors) {
             return Err(crate::error::snapshot("a number of its target is out of range"));
         }
         if template.len() != network.family().template_length() {
@@ -106,7 +135,35 @@ impl NetworkTarget {
                 "its template has another length than its network's",
             ));
         }
-        Ok(Self { network: network.clone(), place, border, template })
+        Ok(Self { network: network.clone(), place, border, template, factor, config })
+    }
+}
+
+impl TargetTracker for NetworkTarget {
+    fn update(
+        &mut self,
+        input: Input<'_>,
+        scratch: &mut Scratch,
+        observer: Option<&mut dyn Observer>,
+        estimate: &mut Estimate,
+    ) -> Result<(), NetworkError> {
+        let scratch = scratch.of();
+        let Some(observer) = observer else {
+            return self.step(input.frame, scratch, None, estimate);
+        };
+        let mut show = |view: NetworkView<'_>| observer.observe(&FrameView::Network(view));
+        self.step(input.frame, scratch, Some(&mut show), estimate)
+    }
+
+    fn log_odds_at(
+        &self,
+        frame: &Frame<'_>,
+        bbox: BoundingBox,
+        scratch: &mut Scratch,
+    ) -> Result<Option<f64>, NetworkError> {
+        let (family, NetworkScratch { buffers }) = (self.network.family(), scratch.of());
+        family.look(frame, self.border, &self.template, Place::of(bbox), buffers)?;
+        Ok(Some(family.odds(buffers.look.centre_logit())))
     }
 }
 

@@ -4,25 +4,26 @@
 pub mod motion;
 pub mod particles;
 mod saved;
-pub mod state;
-pub(crate) mod view;
+mod view;
 
 use crate::Error;
 use crate::config::PaperConfig;
 use crate::estimate::{Estimate, Status};
+use crate::network_error::NetworkError;
+use crate::observe::{FrameView, Observer, PaperView};
 use crate::patch_model::memory::{LearningScratch, LearningStep};
 use crate::patch_model::model::{
     Candidates, LookScratch, PatchModel, Wanted, Weighed, cut_candidate,
 };
+use crate::target_tracker::{Input, Scratch, TargetTracker};
 use crate::vision::frame::GreyImage;
 use crate::vision::geometry::BoundingBox;
+use crate::vision::state::State;
 use crate::vision::warp;
 use motion::Motion;
 use particles::Particles;
 use rand_pcg::Pcg64;
 pub(crate) use saved::SavedPaper;
-use state::State;
-use view::PaperView;
 
 /// The stream of the random numbers; any fixed one will do.
 const STREAM: u128 = 0x7061_7463_686c_6f63;
@@ -35,6 +36,7 @@ pub(crate) struct PaperTarget {
     /// Frames since the first.
     frames: u64,
     model: PatchModel,
+    config: PaperConfig,
 }
 
 /// Buffers that live from frame to frame. Their content does not, so that all targets of a thread
@@ -76,14 +78,14 @@ impl PaperTarget {
         let state = State::from_box(bbox.centre(), bbox.w, bbox.h, side);
         let model = PatchModel::begin(image, &state.matrix(), params);
         let rng = Pcg64::new(u128::from(seed), STREAM);
-        let target = Self { state, rng, frames: 0, model };
+        let target = Self { state, rng, frames: 0, model, config: config.clone() };
         let mut candidate = vec![0.0; side * side];
         cut_candidate(image, &state.matrix(), &params, &mut candidate);
         let mut estimate = Estimate::empty();
         let visibility = estimate.visibility.get_or_insert_default();
         let errors = target.model.look(&candidate, &mut scratch.look);
         errors.visibility(config.patches.epsilon, visibility);
-        target.finish_estimate(config, &mut estimate);
+        target.finish_estimate(&mut estimate);
         (target, estimate)
     }
 
@@ -91,11 +93,11 @@ impl PaperTarget {
     pub fn step(
         &mut self,
         image: &GreyImage,
-        config: &PaperConfig,
         scratch: &mut PaperScratch,
         show: Option<&mut dyn FnMut(PaperView<'_>)>,
         estimate: &mut Estimate,
     ) {
+        let config = &self.config;
         let PaperScratch { particles, weighed, learning, .. } = scratch;
         // Particles and their candidates (Sec. 2, Eq. 22).
         let motion = Motion::new(config, [image.width(), image.height()]);
@@ -116,7 +118,7 @@ impl PaperTarget {
         self.model.collect(candidate, learning);
         let step = learning_step(self.frames, config);
         let learned = self.model.learn((candidate, visibility), step, &mut self.rng, learning);
-        self.finish_estimate(config, estimate);
+        self.finish_estimate(estimate);
         if let Some(show) = show {
             let shown = view::Shown { particles, weighed, learning, best, learned: &learned };
             show(shown.view(self.frames, &self.model));
@@ -124,14 +126,35 @@ impl PaperTarget {
     }
 
     /// Box, outline, score and status follow from the state and the visibility.
-    fn finish_estimate(&self, config: &PaperConfig, out: &mut Estimate) {
-        let (state, side) = (&self.state, config.patches.template_side);
+    fn finish_estimate(&self, out: &mut Estimate) {
+        let Self { state, config, .. } = self;
+        let side = config.patches.template_side;
         let (w, h) = state.size(side);
         out.bbox = BoundingBox::around([state.x, state.y], w, h);
         out.corners = warp::corners(&state.matrix(), side as f64 / 2.0);
         out.score = out.visibility.as_ref().map_or(0.0, |visibility| visibility.share());
         let sure = out.score > config.patches.delta;
         out.status = if sure { Status::Tracked } else { Status::Uncertain };
+    }
+}
+
+impl TargetTracker for PaperTarget {
+    fn update(
+        &mut self,
+        input: Input<'_>,
+        scratch: &mut Scratch,
+        observer: Option<&mut dyn Observer>,
+        estimate: &mut Estimate,
+    ) -> Result<(), NetworkError> {
+        let scratch = scratch.of();
+        match observer {
+            None => self.step(input.grey, scratch, None, estimate),
+            Some(observer) => {
+                let mut show = |view: PaperView<'_>| observer.observe(&FrameView::Paper(view));
+                self.step(input.grey, scratch, Some(&mut show), estimate);
+            }
+        }
+        Ok(())
     }
 }
 

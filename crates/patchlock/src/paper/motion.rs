@@ -1,8 +1,8 @@
 //! The motion model (Sec. 2): independent Gaussian noise around the last estimate.
 
 use super::LEAST_AREA;
-use super::state::State;
 use crate::config::PaperConfig;
+use crate::vision::state::State;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 

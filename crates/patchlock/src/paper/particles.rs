@@ -2,12 +2,12 @@
 //! candidates.
 
 use super::motion::Motion;
-use super::state::State;
 use crate::numeric::parallel::*;
 use crate::patch_model::model::cut_candidate;
 use crate::patch_model::params::PatchParams;
 use crate::patch_model::sparse::somp::batched::BLOCK;
 use crate::vision::frame::GreyImage;
+use crate::vision::state::State;
 use rand_pcg::Pcg64;
 
 /// The particles of a frame and their candidates.

@@ -1,10 +1,10 @@
 //! A target of the paper's tracker between two frames, as a snapshot holds it.
 
-use super::state::State;
 use super::{LEAST_AREA, PaperTarget};
 use crate::config::PaperConfig;
 use crate::patch_model::memory::PatchMemory;
 use crate::patch_model::model::PatchModel;
+use crate::vision::state::State;
 use rand_pcg::Pcg64;
 use serde::{Deserialize, Serialize};
 
@@ -26,7 +26,7 @@ pub(crate) struct SavedPaper {
 impl PaperTarget {
     /// The target as a snapshot holds it.
     pub fn saved(&self) -> SavedPaper {
-        let Self { state, rng, frames, model } = self;
+        let Self { state, rng, frames, model, .. } = self;
         SavedPaper {
             state: *state,
             rng: rng.clone(),
@@ -59,6 +59,6 @@ impl PaperTarget {
         }
         model.check(&config.patch_params(), config.patches.update_interval)?;
         let model = PatchModel::restore(model, config.patch_params());
-        Ok(Self { state, rng, frames, model })
+        Ok(Self { state, rng, frames, model, config: config.clone() })
     }
 }

@@ -115,7 +115,7 @@ impl PatchModel {
 
     /// The errors of the patches of one candidate (Eq. 12, 18): the candidate of a box is what
     /// [`cut_candidate`] makes of the matrix of
-    /// [`State::from_box`](crate::paper::state::State::from_box). The benchmark `look` times it.
+    /// [`State::from_box`](crate::vision::state::State::from_box). The benchmark `look` times it.
     /// Nothing is allocated once the buffers have grown, and nothing is learned.
     pub fn look<'a>(&self, candidate: &[f32], scratch: &'a mut LookScratch) -> PatchErrors<'a> {
         let LookScratch { coding, large, small } = scratch;

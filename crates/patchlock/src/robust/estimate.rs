@@ -35,10 +35,7 @@ mod tests {
 
     #[test]
     fn the_outline_is_that_of_the_pixels_in_the_box() {
-        let estimate = estimate(
-            Place { centre: [20.0, 30.0], scale: 1.0, stretch: 1.0, rotation: 0.0 },
-            VERDICT,
-        );
+        let estimate = estimate(Place { centre: [20.0, 30.0], scale: 1.0, rotation: 0.0 }, VERDICT);
         assert_eq!(estimate.bbox, BoundingBox { x: 15.0, y: 28.0, w: 11.0, h: 5.0 });
         assert_eq!(estimate.corners, [[15.0, 28.0], [25.0, 28.0], [25.0, 32.0], [15.0, 32.0]]);
         assert_eq!((estimate.status, estimate.score), (Status::Uncertain, 0.7));
@@ -47,10 +44,8 @@ mod tests {
 
     #[test]
     fn the_outline_turns_and_the_box_stays_upright() {
-        let estimate = estimate(
-            Place { centre: [20.0, 30.0], scale: 1.0, stretch: 1.0, rotation: FRAC_PI_2 },
-            VERDICT,
-        );
+        let estimate =
+            estimate(Place { centre: [20.0, 30.0], scale: 1.0, rotation: FRAC_PI_2 }, VERDICT);
         assert_eq!(estimate.bbox, BoundingBox { x: 15.0, y: 28.0, w: 11.0, h: 5.0 });
         let turned = [[22.0, 25.0], [22.0, 35.0], [18.0, 35.0], [18.0, 25.0]];
         for (corner, expected) in estimate.corners.iter().zip(turned) {
@@ -62,7 +57,7 @@ mod tests {
     #[test]
     fn nothing_is_visible_of_a_lost_target() {
         let verdict = Verdict { status: Status::Lost, score: 0.2 };
-        let place = Place { centre: [20.0, 30.0], scale: 1.0, stretch: 1.0, rotation: 0.0 };
+        let place = Place { centre: [20.0, 30.0], scale: 1.0, rotation: 0.0 };
         assert_eq!(estimate(place, verdict).visibility, None);
     }
 }

@@ -1,7 +1,6 @@
-//! What memory, patch model, colours and network say of a place.
+//! What memory, patch model and colours say of a place.
 
 use super::memory::Recognition;
-use super::rivals::Opinion;
 use super::visible::Shares;
 
 /// Everything that the models say of a place.
@@ -21,8 +20,6 @@ pub(crate) struct Evidence {
     /// How well colour tells the target from what is around it: from -1, through 0, not at all, to
     /// 1.
     pub contrast: f64,
-    /// What the network says of the place, if there is one.
-    pub opinion: Option<Opinion>,
 }
 
 impl Evidence {
@@ -30,18 +27,12 @@ impl Evidence {
         Recognition { certainty, elsewhere, early }: Recognition,
         Shares { visible, shown }: Shares,
         contrast: f64,
-        opinion: Option<Opinion>,
     ) -> Self {
-        Self { certainty, elsewhere, early, visible, shown, contrast, opinion }
+        Self { certainty, elsewhere, early, visible, shown, contrast }
     }
 
     /// How much the memory's response elsewhere exceeds what the patch model sees here.
     pub fn distraction(&self) -> f64 {
         self.elsewhere - self.visible
-    }
-
-    /// Whether no network contradicts.
-    pub fn is_undisputed(&self) -> bool {
-        self.opinion.is_none_or(|opinion| opinion.agrees)
     }
 }

@@ -95,7 +95,7 @@ mod tests {
     use crate::robust::window::tests::{SIDE, impulse, plane, spectra, window};
     use crate::vision::crop::Planes;
 
-    const PLACE: Place = Place { centre: [100.0, 100.0], scale: 1.0, stretch: 1.0, rotation: 0.0 };
+    const PLACE: Place = Place { centre: [100.0, 100.0], scale: 1.0, rotation: 0.0 };
 
     /// The response of a filter that has learnt an impulse to samples with these cells.
     fn propose(cells: &[(usize, f32)], map: Option<(usize, f32)>) -> Hypothesis {

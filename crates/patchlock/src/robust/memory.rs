@@ -220,7 +220,7 @@ mod tests {
     fn on_sample<T>(cells: &[(usize, f32)], ask: impl FnOnce(&Sample<'_>) -> T) -> T {
         let (window, patch) = (window(), Planes::default());
         let spectra = spectra(&window, &plane(cells));
-        let place = Place { centre: [100.0; 2], scale: 1.0, stretch: 1.0, rotation: 0.0 };
+        let place = Place { centre: [100.0; 2], scale: 1.0, rotation: 0.0 };
         ask(&Sample { place, window: &window, patch: &patch, spectra: &spectra })
     }
 

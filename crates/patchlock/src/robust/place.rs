@@ -5,9 +5,6 @@ use crate::vision::frame::FrameSize;
 use crate::vision::geometry::{BoundingBox, Point};
 use serde::{Deserialize, Serialize};
 
-/// A target becomes at most this much wider or higher, at the same area.
-const MOST_STRETCH: f64 = 4.0;
-
 /// Where the target is: position, size and rotation.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Place {
@@ -15,9 +12,6 @@ pub(crate) struct Place {
     pub centre: Point,
     /// The target's size, relative to the first frame.
     pub scale: f64,
-    /// By how much wider and lower it is than in the first frame, at the same area: the factor of
-    /// its width, and the divisor of its height.
-    pub stretch: f64,
     /// By how much the target has turned since the first frame, in radians: from x towards y,
     /// clockwise on screen.
     pub rotation: f64,
@@ -26,20 +20,12 @@ pub(crate) struct Place {
 impl Place {
     /// The place in the first frame.
     pub fn first(bbox: BoundingBox) -> Self {
-        Self { centre: bbox.centre(), scale: 1.0, stretch: 1.0, rotation: 0.0 }
+        Self { centre: bbox.centre(), scale: 1.0, rotation: 0.0 }
     }
 
     /// Width and height of a target with this size in the first frame.
     pub fn size(self, base: [f64; 2]) -> [f64; 2] {
-        [base[0] * self.scale * self.stretch, base[1] * self.scale / self.stretch]
-    }
-
-    /// The place with this width and height.
-    pub fn sized(self, [w, h]: [f64; 2], base: [f64; 2]) -> Self {
-        let factors = [w / base[0], h / base[1]];
-        let scale = (factors[0] * factors[1]).sqrt();
-        let stretch = (factors[0] / factors[1]).sqrt();
-        Self { scale, stretch, ..self }
+        base.map(|side| side * self.scale)
     }
 
     /// The upright box, for a target with this width and height in the first frame.
@@ -74,8 +60,6 @@ impl Place {
         for (centre, side) in self.centre.iter_mut().zip(size) {
             *centre = centre.clamp(0.0, side - 1.0);
         }
-        self.stretch = self.stretch.clamp(1.0 / MOST_STRETCH, MOST_STRETCH);
-        let base = [base[0] * self.stretch, base[1] / self.stretch];
         let least = (least_side / base[0].min(base[1])).min(1.0);
         let most = (size[0] / base[0]).min(size[1] / base[1]).max(1.0);
         self.scale = self.scale.clamp(least, most);
@@ -84,10 +68,8 @@ impl Place {
 
     /// Whether all numbers are finite, and the scale positive.
     pub fn is_sound(self) -> bool {
-        let Self { centre: [x, y], scale, stretch, rotation } = self;
-        [x, y, scale, stretch, rotation].iter().all(|v| v.is_finite())
-            && scale > 0.0
-            && stretch > 0.0
+        let Self { centre: [x, y], scale, rotation } = self;
+        [x, y, scale, rotation].iter().all(|v| v.is_finite()) && scale > 0.0
     }
 }
 
@@ -97,7 +79,7 @@ mod tests {
     use std::f64::consts::FRAC_PI_2;
 
     const FRAME: FrameSize = FrameSize { width: 100, height: 60 };
-    const PLACE: Place = Place { centre: [30.0, 20.0], scale: 1.0, stretch: 1.0, rotation: 0.0 };
+    const PLACE: Place = Place { centre: [30.0, 20.0], scale: 1.0, rotation: 0.0 };
 
     #[test]
     fn a_shift_is_along_the_targets_own_axes() {
@@ -150,22 +132,6 @@ mod tests {
         // A target that begins smaller or larger than that may keep its size.
         assert_eq!(scale(0.1, [4.0, 10.0]), 1.0);
         assert_eq!(scale(9.0, [200.0, 10.0]), 1.0);
-    }
-
-    #[test]
-    fn a_place_takes_on_any_width_and_height() {
-        let base = [20.0, 10.0];
-        let place = PLACE.sized([30.0, 5.0], base);
-        let [w, h] = place.size(base);
-        assert!((w - 30.0).abs() < 1e-12 && (h - 5.0).abs() < 1e-12, "{place:?}");
-        assert!((place.scale - 0.75f64.sqrt()).abs() < 1e-12);
-        assert!((place.stretch - 3f64.sqrt()).abs() < 1e-12);
-        assert_eq!(place.bbox(base).centre(), PLACE.centre);
-        // Its sides are limited as those of other places, and so is its stretch.
-        let [w, h] = place.kept_within(FRAME, base, 8.0).size(base);
-        assert!((w - 6.0 * h).abs() < 1e-12 && w <= 60.0 && h <= 8.0, "{w} {h}");
-        let thin = PLACE.sized([100.0, 0.01], base).kept_within(FRAME, base, 1.0);
-        assert_eq!(thin.stretch, MOST_STRETCH);
     }
 
     #[test]

@@ -1,7 +1,6 @@
 //! The score: how probably the box is right.
 
 use super::evidence::Evidence;
-use super::rivals::Opinion;
 use crate::config::RobustConfig;
 use serde::{Deserialize, Serialize};
 
@@ -13,9 +12,6 @@ const MOST_CONTRAST: f64 = 1.2;
 
 /// The range in which the certainty of the early memory counts.
 const EARLY: [f64; 2] = [0.0, 1.5];
-
-/// The range in which the network's odds count.
-const ODDS: [f64; 2] = [-4.0, 4.2];
 
 /// Running means of the evidence: what is off the target for long, or was until now, is less certain,
 /// and one bad frame is no loss.
@@ -51,21 +47,6 @@ pub(crate) struct ScoreParams {
     contrast: f64,
     /// Times the mean certainty of the early memory.
     early: f64,
-    with_network: NetworkScoreParams,
-}
-
-/// The score if a network says something of the place.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct NetworkScoreParams {
-    bias: f64,
-    /// Times the mean visible share.
-    visible: f64,
-    /// Times the contrast of colours, relative to the first frame.
-    contrast: f64,
-    /// Times the network's odds.
-    odds: f64,
-    /// Added if filters and network agree.
-    agrees: f64,
 }
 
 impl ScoreParams {
@@ -79,13 +60,6 @@ impl ScoreParams {
             elsewhere: config.score_elsewhere,
             contrast: config.score_contrast,
             early: config.score_early,
-            with_network: NetworkScoreParams {
-                bias: config.network_score_bias,
-                visible: config.network_score_visible,
-                contrast: config.network_score_contrast,
-                odds: config.network_score_odds,
-                agrees: config.network_score_agrees,
-            },
         }
     }
 }
@@ -124,25 +98,11 @@ impl Means {
     pub fn score(&self, evidence: &Evidence, params: &ScoreParams) -> f64 {
         let first = self.first_contrast.max(LEAST_CONTRAST);
         let contrast = (evidence.contrast / first).min(MOST_CONTRAST);
-        let sum = match evidence.opinion {
-            None => {
-                params.bias
-                    + params.visible * self.shown
-                    + params.elsewhere * self.elsewhere
-                    + params.contrast * contrast
-                    + params.early * self.early
-            }
-            Some(Opinion { odds, agrees }) => {
-                let params = &params.with_network;
-                let agrees = if agrees { params.agrees } else { 0.0 };
-                let odds = params.odds * odds.clamp(ODDS[0], ODDS[1]);
-                params.bias
-                    + params.visible * self.shown
-                    + params.contrast * contrast
-                    + odds
-                    + agrees
-            }
-        };
+        let sum = params.bias
+            + params.visible * self.shown
+            + params.elsewhere * self.elsewhere
+            + params.contrast * contrast
+            + params.early * self.early;
         1.0 / (1.0 + (-sum).exp())
     }
 }
@@ -156,7 +116,7 @@ fn early(evidence: &Evidence) -> f64 {
 pub(crate) mod tests {
     use super::*;
 
-    /// Visible share and response elsewhere count alike; with a network, its odds and agreement.
+    /// Visible share and response elsewhere count alike.
     pub const PARAMS: ScoreParams = ScoreParams {
         rate: 0.1,
         lately_rate: 0.5,
@@ -166,13 +126,6 @@ pub(crate) mod tests {
         elsewhere: -4.0,
         contrast: 0.0,
         early: 0.0,
-        with_network: NetworkScoreParams {
-            bias: -2.0,
-            visible: 2.0,
-            contrast: 0.0,
-            odds: 1.0,
-            agrees: 1.0,
-        },
     };
 
     const EVIDENCE: Evidence = Evidence {
@@ -182,7 +135,6 @@ pub(crate) mod tests {
         visible: 0.7,
         shown: 0.8,
         contrast: 0.5,
-        opinion: None,
     };
 
     const MEANS: Means =
@@ -199,12 +151,6 @@ pub(crate) mod tests {
         let evidence = Evidence { contrast: 0.25, ..EVIDENCE };
         let sum = 0.5 + 4.0 * 0.3 - 4.0 * 0.6 + 3.0 * 0.5 + 2.0 * 1.0;
         assert!((means.score(&evidence, &params) - logistic(sum)).abs() < 1e-12);
-        let with_network = NetworkScoreParams { contrast: 3.0, ..PARAMS.with_network };
-        let params = ScoreParams { with_network, ..params };
-        let opinion = Some(Opinion { odds: 0.3, agrees: true });
-        let sum = -2.0 + 2.0 * 0.3 + 3.0 * 0.5 + 0.3 + 1.0;
-        let score = means.score(&Evidence { opinion, ..evidence }, &params);
-        assert!((score - logistic(sum)).abs() < 1e-12);
     }
 
     #[test]

@@ -34,20 +34,9 @@ pub(crate) struct Found {
     pub certainty: f64,
 }
 
-/// The order of the windows of a pass.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Order {
-    /// Row by row. The memory alone takes what looks similar near the last place for the target, so
-    /// it does not look there first.
-    Rows,
-    /// From the last place outwards.
-    Outwards,
-}
-
 /// The memory, looking at windows of one frame.
 pub(crate) struct Searcher<'a> {
     pub setting: Setting<'a>,
-    pub order: Order,
     pub sample: &'a mut SampleBuffers,
     pub response: &'a mut ResponseBuffers,
 }
@@ -87,7 +76,7 @@ impl Searcher<'_> {
         params: &SearchParams,
     ) -> impl Iterator<Item = Place> + use<> {
         let Setting { frame, window, .. } = self.setting;
-        let passes = Passes::new((frame.size(), window), last, self.order, params);
+        let passes = Passes::new((frame.size(), window), last, params);
         std::iter::once(last).chain((next..).map(move |number| passes.place(number)))
     }
 
@@ -134,7 +123,6 @@ impl Searcher<'_> {
 struct Passes {
     frame: FrameSize,
     last: Place,
-    order: Order,
     passes: [Pass; 4],
 }
 
@@ -148,19 +136,14 @@ struct Pass {
 
 impl Passes {
     /// The search for a target that was last at this place.
-    fn new(
-        (frame, window): (FrameSize, &Window),
-        last: Place,
-        order: Order,
-        params: &SearchParams,
-    ) -> Self {
+    fn new((frame, window): (FrameSize, &Window), last: Place, params: &SearchParams) -> Self {
         let passes = params.sizes.map(|size| {
             let scale = last.scale * size;
             let step = window.side(scale) * (1.0 - params.overlap);
             let count = |length: usize| (length as f64 / step).ceil().max(1.0) as u64;
             Pass { scale, columns: count(frame.width), rows: count(frame.height) }
         });
-        Self { frame, last, order, passes }
+        Self { frame, last, passes }
     }
 
     /// The place of the window with this number; after the last one, the first comes again.
@@ -177,37 +160,11 @@ impl Passes {
         let Pass { scale, columns, rows } = current;
         let lengths = [self.frame.width as f64, self.frame.height as f64];
         let counts = [columns, rows];
-        let first = [0, 1].map(|axis| {
-            let cell = self.last.centre[axis] / lengths[axis] * counts[axis] as f64;
-            (cell.max(0.0) as u64).min(counts[axis] - 1)
-        });
-        let cell = match self.order {
-            Order::Rows => [number % columns, number / columns],
-            Order::Outwards => outwards(counts, first).nth(number as usize).unwrap_or(first),
-        };
+        let cell = [number % columns, number / columns];
         let [x, y] =
             [0, 1].map(|axis| (cell[axis] as f64 + 0.5) * lengths[axis] / counts[axis] as f64);
         Place { centre: [x, y], scale, ..self.last }
     }
-}
-
-/// The cells of a grid with these numbers of columns and rows: the first, then those around it,
-/// ring by ring.
-fn outwards([columns, rows]: [u64; 2], first: [u64; 2]) -> impl Iterator<Item = [u64; 2]> {
-    let [x, y] = first.map(|cell| cell as i64);
-    let rings = columns.max(rows) as i64;
-    let ring = move |radius: i64| {
-        let sides = (-radius..=radius).flat_map(move |dy| {
-            // Only the ends of a row between the first and the last.
-            let step = if dy.abs() == radius { 1 } else { 2 * radius };
-            (-radius..=radius).step_by(step.max(1) as usize).map(move |dx| [x + dx, y + dy])
-        });
-        sides.filter_map(move |[x, y]| {
-            let inside = (0..columns as i64).contains(&x) && (0..rows as i64).contains(&y);
-            inside.then_some([x as u64, y as u64])
-        })
-    };
-    (0..rings).flat_map(ring)
 }
 
 impl Pass {
@@ -230,15 +187,15 @@ mod tests {
     const FRAME: FrameSize = FrameSize { width: 320, height: 240 };
 
     /// At this scale, the window has a side of 80 pixels.
-    const LAST: Place = Place { centre: [7.0, 9.0], scale: 1.25, stretch: 1.0, rotation: 0.3 };
+    const LAST: Place = Place { centre: [7.0, 9.0], scale: 1.25, rotation: 0.3 };
 
     fn params() -> SearchParams {
         SearchParams::new(&RobustConfig::default())
     }
 
     /// The windows of two rounds of passes, pass by pass.
-    fn rounds(order: Order) -> Vec<Vec<Place>> {
-        let (passes, mut next) = (Passes::new((FRAME, &window()), LAST, order, &params()), 0);
+    fn rounds() -> Vec<Vec<Place>> {
+        let (passes, mut next) = (Passes::new((FRAME, &window()), LAST, &params()), 0);
         let pass = |number: usize| {
             let first = next;
             next += passes.passes[number % 4].windows();
@@ -249,7 +206,7 @@ mod tests {
 
     #[test]
     fn each_pass_has_one_size() {
-        for (number, places) in rounds(Order::Rows).iter().enumerate() {
+        for (number, places) in rounds().iter().enumerate() {
             let scale = [1.25, 1.5, 1.0, 1.25][number % 4];
             for place in places {
                 assert_eq!((place.scale, place.rotation), (scale, LAST.rotation));
@@ -259,7 +216,7 @@ mod tests {
 
     #[test]
     fn each_pass_covers_the_frame() {
-        for places in [Order::Rows, Order::Outwards].into_iter().flat_map(rounds) {
+        for places in rounds() {
             // In the middle half of a window, the response has not faded.
             let reach = window().side(places[0].scale) / 4.0;
             let points = (0..240).step_by(7).flat_map(|y| (0..320).step_by(7).map(move |x| (x, y)));
@@ -275,7 +232,7 @@ mod tests {
 
     #[test]
     fn windows_go_row_by_row_and_begin_again() {
-        let rounds = rounds(Order::Rows);
+        let rounds = rounds();
         assert_eq!(
             [0, 1, 8].map(|k| rounds[0][k].centre),
             [[20.0, 20.0], [60.0, 20.0], [20.0, 60.0]]
@@ -284,39 +241,8 @@ mod tests {
     }
 
     #[test]
-    fn windows_go_outwards_from_the_last_place_and_begin_again() {
-        let rounds = rounds(Order::Outwards);
-        // 320 x 240 pixels in steps of half a window. The last place is in the first cell.
-        assert_eq!(rounds[0].len(), 8 * 6);
-        assert_eq!(
-            [0, 1, 2, 3].map(|k| rounds[0][k].centre),
-            [[20.0, 20.0], [60.0, 20.0], [20.0, 60.0], [60.0, 60.0]]
-        );
-        assert_eq!(rounds[..4], rounds[4..]);
-    }
-
-    #[test]
-    fn rings_cover_a_grid_once_from_the_inside() {
-        for (counts, first) in
-            [([5, 4], [2, 1]), ([1, 1], [0, 0]), ([1, 7], [0, 6]), ([9, 2], [8, 0])]
-        {
-            let cells: Vec<_> = outwards(counts, first).collect();
-            assert_eq!(cells[0], first);
-            let ring = |cell: &[u64; 2]| cell[0].abs_diff(first[0]).max(cell[1].abs_diff(first[1]));
-            assert!(cells.is_sorted_by_key(ring), "{cells:?}");
-            let mut all = cells.clone();
-            all.sort_unstable();
-            all.dedup();
-            let expected = (0..counts[0]).flat_map(|x| (0..counts[1]).map(move |y| [x, y]));
-            assert_eq!(all, expected.collect::<Vec<_>>());
-            assert_eq!(all.len(), cells.len());
-        }
-    }
-
-    #[test]
     fn a_window_larger_than_the_frame_is_the_only_one_of_its_pass() {
-        let passes =
-            Passes::new((FRAME, &window()), Place { scale: 20.0, ..LAST }, Order::Rows, &params());
+        let passes = Passes::new((FRAME, &window()), Place { scale: 20.0, ..LAST }, &params());
         for (number, scale) in [20.0, 24.0, 16.0, 20.0, 20.0].into_iter().enumerate() {
             let place = passes.place(number as u64);
             assert_eq!((place.centre, place.scale), ([160.0, 120.0], scale));
@@ -338,7 +264,6 @@ mod tests {
         let memory = Memory::begin(&first, follower.filter(), &config, &mut response);
         let mut searcher = Searcher {
             setting: Setting { frame: &frame, window: &window, memory: &memory },
-            order: Order::Rows,
             sample: &mut sample,
             response: &mut response,
         };

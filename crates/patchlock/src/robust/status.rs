@@ -2,7 +2,6 @@
 
 use super::evidence::Evidence;
 use super::place::Place;
-use super::rivals::Opinion;
 use super::score::{Means, ScoreParams};
 use crate::config::RobustConfig;
 use crate::estimate::Status;
@@ -81,7 +80,7 @@ pub(crate) struct StatusParams {
     sure: f64,
     /// if at least this share is visible of what was visible on sure frames,
     sure_visible: f64,
-    /// and, without a network, if at least this share of the target is reported as visible.
+    /// and if at least this share of the target is reported as visible.
     sure_shown: f64,
     /// The size learns if the response elsewhere exceeds the visible share by less than this.
     size_below: f64,
@@ -95,26 +94,12 @@ pub(crate) struct StatusParams {
     /// at whose end the mean reported share is above this.
     trial_shown: f64,
     score: ScoreParams,
-    denied: DeniedParams,
     /// From this score on the target is tracked,
     tracked: f64,
     /// if at least this share of it is visible.
     visible: f64,
     /// The target counts as lost below this score,
     lost: f64,
-    /// or, where a network says something of the place, below this one.
-    lost_with_network: f64,
-}
-
-/// When neither memory nor network know a place.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct DeniedParams {
-    /// The network's odds are below this,
-    odds: f64,
-    /// and the memory's certainty below this.
-    below: f64,
-    /// The target is lost after this many consecutive frames.
-    after: u32,
 }
 
 /// When the memory does not know a place: its certainty is low, and has fallen.
@@ -192,15 +177,9 @@ impl StatusParams {
             },
             trial: config.trial as u32,
             trial_shown: config.trial_shown,
-            denied: DeniedParams {
-                odds: config.denied_odds,
-                below: config.denied_below,
-                after: config.denied_after as u32,
-            },
             tracked: config.score_tracked,
             visible: config.visible_tracked,
             lost: config.score_lost,
-            lost_with_network: config.network_score_lost,
             score: ScoreParams::new(config),
         }
     }
@@ -215,8 +194,6 @@ enum Doubt {
     Strange,
     /// Something covers the target.
     Covered,
-    /// Neither memory nor network know the place.
-    Denied,
 }
 
 impl Belief {
@@ -301,14 +278,10 @@ impl Belief {
     /// Status and score.
     pub fn verdict(&self, evidence: &Evidence, params: &StatusParams) -> Verdict {
         let score = self.means.score(evidence, &params.score);
-        let lost = match evidence.opinion {
-            None => params.lost,
-            Some(_) => params.lost_with_network,
-        };
         let status = match self.phase {
             Phase::Lost { .. } => Status::Lost,
             // The score calls a target lost before it is given up.
-            _ if score < lost => Status::Lost,
+            _ if score < params.lost => Status::Lost,
             Phase::Following { .. }
                 if score >= params.tracked && evidence.shown >= params.visible =>
             {
@@ -322,16 +295,9 @@ impl Belief {
 
     /// Whether the place is known, and whether the target is covered.
     fn doubt(&self, evidence: &Evidence, params: &StatusParams) -> Doubt {
-        let StatusParams { strange, denied, .. } = params;
-        let certainty = evidence.certainty;
-        let is_strange = match evidence.opinion {
-            Some(Opinion { odds, .. }) if odds >= denied.odds => return Doubt::None,
-            Some(_) if certainty < denied.below => return Doubt::Denied,
-            Some(_) => false,
-            // Appearance that changes slowly makes the memory less sure, too, but never suddenly.
-            None => certainty < strange.below && certainty < strange.drop * self.recent,
-        };
-        if is_strange {
+        let (strange, certainty) = (&params.strange, evidence.certainty);
+        // Appearance that changes slowly makes the memory less sure, too, but never suddenly.
+        if certainty < strange.below && certainty < strange.drop * self.recent {
             Doubt::Strange
         } else if self.is_covered(evidence, params) {
             Doubt::Covered
@@ -345,9 +311,8 @@ impl Belief {
     /// nor what the patch model does not know.
     fn is_sure(&self, evidence: &Evidence, params: &StatusParams) -> bool {
         evidence.certainty > params.sure * self.recent.min(1.0)
-            && (evidence.opinion.is_some() || evidence.shown >= params.sure_shown)
+            && evidence.shown >= params.sure_shown
             && !self.is_hidden(evidence, params)
-            && evidence.is_undisputed()
     }
 
     /// Whether next to nothing of the target is visible.
@@ -390,19 +355,13 @@ impl Belief {
         last: Place,
         params: &StatusParams,
     ) -> Phase {
-        // With a network, that looks for the target, and it is lost at once.
-        let is_alone = evidence.opinion.is_none();
-        let is_unseen = is_alone && self.is_unseen(evidence, params);
+        let is_unseen = self.is_unseen(evidence, params);
         let most = match doubt {
             Doubt::None => None,
             Doubt::Strange => Some(params.strange.after),
             Doubt::Covered => Some(params.covered.after),
-            Doubt::Denied => Some(params.denied.after),
         };
-        let lost = |last| match is_alone {
-            true => Phase::Unseen { next: 0, unknown: 0, last },
-            false => Phase::Lost { next: 0 },
-        };
+        let lost = |last| Phase::Unseen { next: 0, unknown: 0, last };
         match self.phase {
             Phase::Following { doubtful } => match most {
                 _ if is_unseen => lost(last),
@@ -414,7 +373,7 @@ impl Belief {
             },
             Phase::Trial { left, back } if most.is_none() && !is_unseen => match left {
                 2.. => Phase::Trial { left: left - 1, back },
-                _ if is_alone && self.means.shown_lately < params.trial_shown => lost(back),
+                _ if self.means.shown_lately < params.trial_shown => lost(back),
                 _ => Phase::Following { doubtful: 0 },
             },
             Phase::Trial { back, .. } => lost(back),
@@ -453,8 +412,7 @@ impl Belief {
     /// What learns on a frame.
     fn lessons(&self, evidence: &Evidence, frame: u64, params: &StatusParams) -> Lessons {
         let first = frame <= params.first_frames;
-        let known = self.is_sure(evidence, params)
-            || first && !self.is_hidden(evidence, params) && evidence.is_undisputed();
+        let known = self.is_sure(evidence, params) || first && !self.is_hidden(evidence, params);
         Lessons {
             sure: known && matches!(self.phase, Phase::Following { .. }),
             size: evidence.distraction() < params.size_below,
@@ -494,11 +452,9 @@ mod tests {
         trial: 4,
         trial_shown: 0.4,
         score: score::tests::PARAMS,
-        denied: DeniedParams { odds: 0.0, below: 0.45, after: 2 },
         tracked: 0.5,
         visible: 0.15,
         lost: 0.25,
-        lost_with_network: 0.2,
     };
 
     /// A place that the memory knows, with all of the target visible.
@@ -509,7 +465,6 @@ mod tests {
         visible: 0.8,
         shown: 0.8,
         contrast: 0.5,
-        opinion: None,
     };
 
     /// A place that the memory does not know.
@@ -540,7 +495,7 @@ mod tests {
         },
     };
 
-    const BACK: Place = Place { centre: [3.0, 4.0], scale: 1.2, stretch: 1.0, rotation: 0.1 };
+    const BACK: Place = Place { centre: [3.0, 4.0], scale: 1.2, rotation: 0.1 };
 
     /// The place on the frame before.
     const LAST: Place = Place { centre: [5.0, 6.0], ..BACK };
@@ -635,14 +590,6 @@ mod tests {
     }
 
     #[test]
-    fn with_a_network_nothing_is_unseen() {
-        let belief = Belief { means: Means { shown_lately: 0.0, ..BELIEF.means }, ..BELIEF };
-        let hidden = Evidence { shown: 0.0, ..told(0.5, 2.0, true) };
-        let after = belief.advance(&hidden, (LATER, LAST), &PARAMS).belief;
-        assert_eq!(after.phase, Phase::Following { doubtful: 0 });
-    }
-
-    #[test]
     fn a_place_is_strange_if_the_memory_is_unsure_and_that_is_sudden() {
         let sudden = Belief { recent: 0.9, ..BELIEF };
         let slow = Belief { recent: 0.4, ..BELIEF };
@@ -695,8 +642,6 @@ mod tests {
         for (shown, sure) in [(0.31, true), (0.29, false)] {
             let evidence = Evidence { shown, ..KNOWN };
             assert_eq!(BELIEF.is_sure(&evidence, &PARAMS), sure, "{shown}");
-            let told = Evidence { shown, ..told(0.9, 2.0, true) };
-            assert!(BELIEF.is_sure(&told, &PARAMS), "{shown}");
         }
     }
 
@@ -817,64 +762,6 @@ mod tests {
         ] {
             let verdict = Belief { means, ..belief }.verdict(&KNOWN, &PARAMS);
             assert_eq!(verdict, Verdict { status, score }, "{belief:?} {means:?}");
-        }
-    }
-
-    /// What a network says of a place that the memory half knows.
-    fn told(certainty: f64, odds: f64, agrees: bool) -> Evidence {
-        Evidence { certainty, opinion: Some(Opinion { odds, agrees }), ..KNOWN }
-    }
-
-    #[test]
-    fn with_a_network_a_place_is_doubtful_only_if_that_does_not_know_it_either() {
-        for (certainty, odds, doubt) in [
-            // However strange it is to the memory.
-            (0.1, 0.0, Doubt::None),
-            (0.1, -0.1, Doubt::Denied),
-            (0.44, -0.1, Doubt::Denied),
-            (0.46, -0.1, Doubt::None),
-        ] {
-            assert_eq!(BELIEF.doubt(&told(certainty, odds, true), &PARAMS), doubt, "{certainty}");
-        }
-        let covered = Evidence { opinion: told(0.5, -0.1, true).opinion, ..COVERED };
-        assert_eq!(BELIEF.doubt(&covered, &PARAMS), Doubt::Covered);
-        // The target is lost on the second frame.
-        let denied = told(0.1, -0.1, true);
-        let first = BELIEF.advance(&denied, (LATER, LAST), &PARAMS).belief;
-        assert_eq!(first.phase, Phase::Following { doubtful: 1 });
-        assert!(first.advance(&denied, (LATER, LAST), &PARAMS).belief.is_lost());
-    }
-
-    #[test]
-    fn nothing_is_remembered_that_filters_and_network_dispute() {
-        for (agrees, frame, sure) in [(true, LATER, true), (false, LATER, false), (false, 1, false)]
-        {
-            let lessons = BELIEF.advance(&told(0.9, 2.0, agrees), (frame, LAST), &PARAMS).lessons;
-            assert_eq!(lessons.unwrap().sure, sure, "{agrees} {frame}");
-        }
-    }
-
-    #[test]
-    fn with_a_network_status_and_score_follow_from_its_odds() {
-        // The sum: 2 times the mean visible share, less 2, the odds, and 1 for agreement.
-        let logistic = |sum: f64| 1.0 / (1.0 + (-sum).exp());
-        for (visible, odds, agrees, status, sum) in [
-            (0.5, 0.0, true, Status::Tracked, 0.0),
-            (0.5, 0.0, false, Status::Uncertain, -1.0),
-            (0.5, -0.2, false, Status::Uncertain, -1.2),
-            (0.5, -0.5, false, Status::Lost, -1.5),
-            (0.2, 2.0, true, Status::Tracked, 1.4),
-            // Too little is visible.
-            (0.1, 2.0, true, Status::Uncertain, 1.2),
-            // Odds count up to 4.2 and down to -4.
-            (1.0, 99.0, true, Status::Tracked, 5.2),
-            (1.0, -99.0, true, Status::Lost, -3.0),
-        ] {
-            let evidence = Evidence { shown: visible, ..told(0.9, odds, agrees) };
-            let means = Means { shown: visible, ..BELIEF.means };
-            let verdict = Belief { means, ..BELIEF }.verdict(&evidence, &PARAMS);
-            assert_eq!(verdict.status, status, "{evidence:?}");
-            assert!((verdict.score - logistic(sum)).abs() < 1e-12, "{evidence:?} {verdict:?}");
         }
     }
 

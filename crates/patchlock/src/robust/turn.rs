@@ -224,7 +224,7 @@ impl ClearParams {
 mod tests {
     use super::*;
 
-    const PLACE: Place = Place { centre: [40.0, 30.0], scale: 1.0, stretch: 1.0, rotation: 0.2 };
+    const PLACE: Place = Place { centre: [40.0, 30.0], scale: 1.0, rotation: 0.2 };
     const PARAMS: TurnParams = TurnParams {
         rotate: true,
         below: 0.8,

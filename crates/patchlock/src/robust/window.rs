@@ -267,7 +267,7 @@ pub(super) mod tests {
     #[test]
     fn a_displacement_in_cells_is_a_place() {
         let (window, patch) = (window(), Planes::default());
-        let place = Place { centre: [50.0, 40.0], scale: 1.5, stretch: 1.0, rotation: 0.0 };
+        let place = Place { centre: [50.0, 40.0], scale: 1.5, rotation: 0.0 };
         let sample = Sample { place, window: &window, patch: &patch, spectra: &[] };
         let cell = 3.0 * CELL as f64;
         let moved = Place { centre: [50.0 + cell, 40.0 - 0.5 * cell], ..place };
@@ -278,7 +278,7 @@ pub(super) mod tests {
     fn the_response_to_an_impulse_is_the_filters_plane() {
         let (window, patch) = (window(), Planes::default());
         let sample = spectra(&window, &plane(&[(10, 2.0), (0, -1.0)]));
-        let place = Place { centre: [0.0; 2], scale: 1.0, stretch: 1.0, rotation: 0.0 };
+        let place = Place { centre: [0.0; 2], scale: 1.0, rotation: 0.0 };
         let sample = Sample { place, window: &window, patch: &patch, spectra: &sample };
         let mut buffers = ResponseBuffers::default();
         let filter = impulse(&window);

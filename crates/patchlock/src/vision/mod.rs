@@ -6,4 +6,5 @@ pub mod frame;
 pub mod geometry;
 pub mod guided_filter;
 pub mod patches;
+pub mod state;
 pub mod warp;

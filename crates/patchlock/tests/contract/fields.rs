@@ -79,19 +79,7 @@ fn base(method: &Method, group: &str) -> TrackerConfig {
 fn base_of(method: &Method, row: &Parameter) -> TrackerConfig {
     let mut config = base(method, row.group);
     if row.is_used_by(method) && matches!(method, Method::Robust(_)) && !config.reads(row) {
-        // The network has made-up weights, and knows nothing: filters and network disagree, and the
-        // target is lost and found.
         config.network = network().network;
-        let disputed = [
-            ("agree_overlap", 0.2),
-            ("dispute_odds", -50.0),
-            ("denied_odds", 50.0),
-            ("denied_below", 0.9),
-            ("found_above", 0.3),
-            ("found_confirmed", -50.0),
-            ("found_alone", 50.0),
-        ];
-        set(&mut config, &disputed);
     }
     if row.name.starts_with("covered_") {
         // The target counts as covered, with a low score, from the first frame on.
@@ -122,20 +110,6 @@ fn base_of(method: &Method, row: &Parameter) -> TrackerConfig {
         "score_lost" => &[("seen_certainty", 9.0), ("gone_below", 9.0)],
         // Around the last place alone.
         "search_windows" => &[("search_windows", 1.0)],
-        // Filters and network nearly always disagree.
-        "dispute_odds" => &[
-            ("agree_overlap", 0.99),
-            ("denied_odds", -50.0),
-            ("dispute_unit", 0.1),
-            ("dispute_after", 1.0),
-            ("dispute_rate", 1.0),
-        ],
-        "dispute_rate" | "dispute_margin" | "dispute_after" | "dispute_unit" | "dispute_bias" => {
-            &[("agree_overlap", 0.99), ("denied_odds", -50.0), ("dispute_unit", 0.1)]
-        }
-        // The memory finds nothing.
-        "network_windows" => &[("found_above", 9.0), ("found_alone", -50.0)],
-        "found_alone" => &[("found_above", 9.0)],
         // Templates are replaced on every frame.
         "guided_epsilon" => {
             &[("epsilon", 0.12), ("update_interval", 1.0), ("small_update_interval", 1.0)]
@@ -271,26 +245,7 @@ fn other_numbers() -> Vec<(&'static str, Value)> {
         ("visible_tracked", Value::from(1.0)),
         ("network_fit", Value::from(0.1)),
         ("agree_overlap", Value::from(0.9)),
-        ("network_centre", Value::from(0.9)),
-        ("network_centre_most", Value::from(0.4)),
-        ("network_size", Value::from(0.1)),
-        ("dispute_rate", Value::from(0.9)),
-        ("dispute_margin", Value::from(9.0)),
-        ("dispute_after", Value::from(9)),
-        ("dispute_odds", Value::from(50.0)),
-        ("dispute_unit", Value::from(100.0)),
-        ("dispute_bias", Value::from(50.0)),
-        ("denied_odds", Value::from(-50.0)),
-        ("denied_below", Value::from(0.0)),
-        ("denied_after", Value::from(1)),
-        ("network_windows", Value::from(20)),
-        ("found_confirmed", Value::from(50.0)),
-        ("found_alone", Value::from(-50.0)),
-        ("network_score_bias", Value::from(1.0)),
-        ("network_score_visible", Value::from(1.0)),
-        ("network_score_contrast", Value::from(1.0)),
-        ("network_score_odds", Value::from(0.1)),
-        ("network_score_agrees", Value::from(0.1)),
+        ("network_visible", Value::from(1.0)),
         ("network_score_lost", Value::from(1.0)),
     ]
 }

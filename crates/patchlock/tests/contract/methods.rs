@@ -46,7 +46,7 @@ pub fn vittrack() -> TrackerConfig {
     config
 }
 
-/// The preset `robust` with the same network as a second follower.
+/// The preset `robust` and the same network, as a committee.
 pub fn robust_with_network() -> TrackerConfig {
     let mut config = robust();
     config.network = network().network;

@@ -3,8 +3,8 @@
 use crate::methods::{network, robust, robust_with_network, vittrack};
 use crate::sequence::{SIMPLE, bits};
 use patchlock::{
-    Error, MultiSnapshot, MultiTracker, Network, NetworkError, Preset, Snapshot, Tracker,
-    TrackerConfig,
+    Error, Estimate, FrameView, MultiSnapshot, MultiTracker, Network, NetworkError, Preset,
+    Snapshot, Tracker, TrackerConfig,
 };
 
 fn network_of(config: &TrackerConfig) -> Network {
@@ -107,42 +107,65 @@ fn a_target_that_was_tracked_without_a_network_takes_none() {
 }
 
 #[test]
-fn what_a_network_has_learnt_is_checked() {
+fn a_committee_has_the_members_that_its_configuration_names() {
     let config = robust_with_network();
     let [good, _] = saved(&config);
-    let start = good.find(r#""rival":"#).unwrap() + r#""rival":"#.len();
-    let mut values = serde_json::Deserializer::from_str(&good[start..]).into_iter();
-    let value: serde_json::Value = values.next().unwrap().unwrap();
-    let end = start + values.byte_offset();
-    type Damage = fn(&mut serde_json::Value);
-    let damages: [(&str, Damage); 6] = [
-        ("has learnt is damaged", |rival| rival["witness"]["template"] = vec![0.5; 7].into()),
-        ("has learnt is damaged", |rival| rival["witness"]["base"][0] = 1e9.into()),
-        ("has learnt is damaged", |rival| rival["witness"]["base"][1] = 0.0.into()),
-        ("has learnt is damaged", |rival| rival["witness"]["factor"][0] = 9.0.into()),
-        ("the place of its network", |rival| rival["state"]["place"]["scale"] = (-1.0).into()),
-        ("the place of its network", |rival| rival["state"]["place"]["stretch"] = 0.0.into()),
-    ];
-    for (words, damage) in damages {
-        let mut damaged = value.clone();
-        damage(&mut damaged);
-        assert_ne!(damaged, value);
-        // As text: the rest has numbers of 128 bits.
-        let snapshot = one(&format!("{}{damaged}{}", &good[..start], &good[end..]));
-        let error = Tracker::restore(snapshot.with_network(network_of(&config))).unwrap_err();
-        assert!(error.to_string().contains(words), "{error}");
-    }
+    let start = good.find(r#",{"network":{"network":"#).unwrap();
+    let mut values = serde_json::Deserializer::from_str(&good[start + 1..]).into_iter();
+    let _: serde_json::Value = values.next().unwrap().unwrap();
+    // As text: the rest has numbers of 128 bits.
+    let alone = format!("{}{}", &good[..start], &good[start + 1 + values.byte_offset()..]);
+    let error = Tracker::restore(one(&alone).with_network(network_of(&config))).unwrap_err();
+    assert!(error.to_string().contains("the members of its committee"), "{error}");
 }
 
-/// Filters and network disagree on what made-up weights see, and the target is lost and found.
 #[test]
-fn a_second_follower_has_the_same_boxes_on_any_number_of_threads() {
+fn a_committee_has_the_same_boxes_on_any_number_of_threads_and_observed() {
     let config = robust_with_network();
     let boxes = [1, 2].map(|threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| bits(&SIMPLE.track(&config, 0..20)))
     });
     assert_eq!(boxes[0], boxes[1]);
+    let (mut tracker, mut shown) = (SIMPLE.begin(&config, 0), Vec::new());
+    let observed = (1..20).map(|k| {
+        let mut observer = |view: &FrameView<'_>| {
+            shown.push(match view {
+                FrameView::Robust(_) => "robust",
+                FrameView::Network(_) => "network",
+                FrameView::Committee(view) => {
+                    assert_eq!(view.members.len(), 2);
+                    assert_eq!(view.agrees, view.members.iter().all(|member| member.is_believed));
+                    "committee"
+                }
+                _ => "another",
+            });
+        };
+        tracker.update_observed(&SIMPLE.frame(k), &mut observer).unwrap().clone()
+    });
+    assert_eq!(bits(&observed.collect::<Vec<_>>()), boxes[0]);
+    assert_eq!(shown, ["robust", "network", "committee"].repeat(19));
+}
+
+/// What each member of a committee is to say alone does not depend on the other.
+#[test]
+fn the_members_of_a_committee_are_the_trackers_alone() {
+    let mut plain = network();
+    plain.network = robust_with_network().network;
+    let alone = [SIMPLE.track(&robust(), 0..20), SIMPLE.track(&plain, 0..20)];
+    let mut config = robust_with_network();
+    config.set("network_fit", 0.0).unwrap();
+    let mut tracker = SIMPLE.begin(&config, 0);
+    for k in 1..20 {
+        let mut observer = |view: &FrameView<'_>| {
+            let FrameView::Committee(view) = view else { return };
+            for (member, alone) in view.members.iter().zip(&alone) {
+                let alone = Estimate { visibility: None, ..alone[k - 1].clone() };
+                assert_eq!(member.estimate, alone, "{} on frame {k}", member.name);
+            }
+        };
+        tracker.update_observed(&SIMPLE.frame(k), &mut observer).unwrap();
+    }
 }
 
 /// Whether an ONNX file is the backbone or the head is seen in it, not in the order of the files.
@@ -162,10 +185,11 @@ fn a_saved_target_with_bad_numbers_is_refused() {
     let [good, _] = saved(&config);
     let value: serde_json::Value = serde_json::from_str(&good).unwrap();
     type Damage = fn(&mut serde_json::Value);
-    let damages: [(&str, Damage); 5] = [
+    let damages: [(&str, Damage); 6] = [
         ("a number of its target", |target| target["place"]["size"][0] = 0.0.into()),
         ("a number of its target", |target| target["place"]["size"][1] = (-5.0).into()),
         ("a number of its target", |target| target["place"]["size"][1] = 1e300.into()),
+        ("a number of its target", |target| target["factor"][0] = 9.0.into()),
         ("another length", |target| target["template"] = vec![0.5; 7].into()),
         ("null", |target| target["border"][2] = serde_json::Value::Null),
     ];

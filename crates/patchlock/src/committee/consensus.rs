@@ -1,0 +1,351 @@
+//! One estimate of several: members whose boxes overlap are a group, the group with the most
+//! evidence is believed, and its members' boxes are averaged.
+
+use crate::config::RobustConfig;
+use crate::estimate::{Estimate, Status};
+use crate::vision::geometry::BoundingBox;
+
+/// Scores count as at least this far from 0 and 1: a logarithm of odds is then at most 9.2.
+const LEAST_ODDS: f64 = 1e-4;
+
+/// How much more the box of one member counts than that of another: its exponent is this times the
+/// difference of their log odds.
+const SHARE: f64 = 0.2;
+
+/// The log odds of a group's box, apart from what its members say, and for each unit of overlap.
+const AGREEMENT: [f64; 2] = [0.73, 1.84];
+
+/// The log odds of a box that no other member agrees with, apart from what its member says.
+const ALONE: f64 = -0.26;
+
+/// What the log odds of a member are worth. All numbers of this file were fitted to 61 targets by
+/// `benchmarks/committee.py`.
+#[derive(Debug, PartialEq)]
+pub(crate) struct Weights {
+    /// The evidence for a place that it follows to, apart from its log odds.
+    bias: f64,
+    /// The evidence for a place, for each unit of log odds
+    evidence: f64,
+    /// within this range.
+    evidence_range: [f64; 2],
+    /// The part of its log odds in those of a box that others agree with.
+    agreed: f64,
+    /// The same if none does.
+    alone: f64,
+    /// The range of its log odds in both.
+    range: [f64; 2],
+}
+
+/// Of the default tracker.
+pub(crate) const FILTERS: Weights = Weights {
+    bias: 0.0,
+    evidence: 0.39,
+    evidence_range: [-10.0, 10.0],
+    agreed: 0.27,
+    alone: 0.65,
+    range: [-3.0, 5.0],
+};
+
+/// Of a network.
+pub(crate) const NETWORK: Weights = Weights {
+    bias: 0.33,
+    evidence: 0.715,
+    evidence_range: [-3.0, 2.0],
+    agreed: 0.27,
+    alone: 0.48,
+    range: [-4.0, 5.0],
+};
+
+/// What is said of the place to which a member follows the target.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Opinion {
+    bbox: BoundingBox,
+    /// The logarithm of the odds that the member gives it.
+    log_odds: f64,
+    /// How much speaks for it, in the judgement of all members.
+    evidence: f64,
+    /// The log odds that other members give it.
+    pub judgement: Option<f64>,
+    weights: &'static Weights,
+}
+
+/// The thresholds of a consensus.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct ConsensusParams {
+    /// Members agree if their boxes overlap by more than this.
+    pub agree_overlap: f64,
+    /// The target is tracked from this score on,
+    tracked: f64,
+    /// if at least this share of it is known to be visible.
+    visible: f64,
+    /// The target is lost below this score.
+    lost: f64,
+}
+
+/// What the members say together.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Consensus {
+    pub bbox: BoundingBox,
+    /// The probability that the box overlaps the target by at least half.
+    pub score: f64,
+    /// The member of the group with the largest log odds.
+    pub leader: usize,
+    /// The group that is believed, one bit a member.
+    group: u64,
+}
+
+impl ConsensusParams {
+    pub fn new(config: &RobustConfig) -> Self {
+        Self {
+            agree_overlap: config.agree_overlap,
+            tracked: config.score_tracked,
+            visible: config.network_visible,
+            lost: config.network_score_lost,
+        }
+    }
+
+    /// The status: a target is tracked only while members agree and enough of it is known to be
+    /// visible.
+    pub fn status(&self, consensus: &Consensus, visible: Option<f64>) -> Status {
+        let is_visible = visible.is_some_and(|share| share >= self.visible);
+        match consensus.score {
+            score if score < self.lost => Status::Lost,
+            score if score >= self.tracked && consensus.agrees() && is_visible => Status::Tracked,
+            _ => Status::Uncertain,
+        }
+    }
+}
+
+impl Opinion {
+    /// What a member says of its own place.
+    pub fn own(estimate: &Estimate, weights: &'static Weights) -> Self {
+        let score = estimate.score.clamp(LEAST_ODDS, 1.0 - LEAST_ODDS);
+        let log_odds = (score / (1.0 - score)).ln();
+        let evidence = weights.bias + weights.evidence_of(log_odds);
+        Self { bbox: estimate.bbox, log_odds, evidence, judgement: None, weights }
+    }
+
+    /// Adds the log odds that another member gives the place.
+    pub fn add_judgement(&mut self, log_odds: f64, weights: &Weights) {
+        self.evidence += weights.evidence_of(log_odds);
+        self.judgement = Some(self.judgement.unwrap_or(0.0) + log_odds);
+    }
+}
+
+impl Weights {
+    fn evidence_of(&self, log_odds: f64) -> f64 {
+        let [least, most] = self.evidence_range;
+        self.evidence * log_odds.clamp(least, most)
+    }
+}
+
+impl Consensus {
+    /// What members say together; there is at least one, and at most 64.
+    pub fn of(opinions: &[Opinion], params: &ConsensusParams) -> Self {
+        let groups = opinions.iter().map(|seed| Group::around(seed, opinions, params));
+        let more =
+            |best: Group, group: Group| if group.evidence > best.evidence { group } else { best };
+        let Group { members, overlap, .. } = groups.reduce(more).unwrap_or_default();
+        let of_group = || opinions.iter().enumerate().filter(move |(k, _)| members >> k & 1 == 1);
+        let largest = of_group().max_by(|(_, a), (_, b)| a.log_odds.total_cmp(&b.log_odds));
+        let (leader, first) = largest.unwrap_or((0, &opinions[0]));
+        let sum = match members.count_ones() {
+            0 | 1 => ALONE + first.weights.alone * first.in_range(),
+            _ => {
+                let said = of_group().map(|(_, member)| member.weights.agreed * member.in_range());
+                AGREEMENT[0] + AGREEMENT[1] * overlap + said.sum::<f64>()
+            }
+        };
+        let bbox = mean_box(of_group().map(|(_, member)| member));
+        Self { bbox, score: 1.0 / (1.0 + (-sum).exp()), leader, group: members }
+    }
+
+    /// The numbers of the members that are believed.
+    pub fn members(&self) -> impl Iterator<Item = usize> + use<> {
+        let group = self.group;
+        (0..64).filter(move |k| group >> k & 1 == 1)
+    }
+
+    /// Whether at least two members agree on the place.
+    pub fn agrees(&self) -> bool {
+        self.group.count_ones() > 1
+    }
+}
+
+impl Opinion {
+    fn in_range(&self) -> f64 {
+        let [least, most] = self.weights.range;
+        self.log_odds.clamp(least, most)
+    }
+}
+
+/// Members whose boxes overlap.
+#[derive(Debug, Clone, Copy, Default)]
+struct Group {
+    /// One bit a member.
+    members: u64,
+    evidence: f64,
+    /// The mean overlap of the others with the first.
+    overlap: f64,
+}
+
+impl Group {
+    /// The members that agree with one of them.
+    fn around(seed: &Opinion, opinions: &[Opinion], params: &ConsensusParams) -> Self {
+        let (mut group, mut overlaps) = (Self::default(), 0.0);
+        for (k, opinion) in opinions.iter().enumerate() {
+            let is_seed = std::ptr::eq(seed, opinion);
+            let overlap = seed.bbox.overlap(&opinion.bbox);
+            if is_seed || overlap > params.agree_overlap {
+                group.members |= 1 << k;
+                group.evidence += opinion.evidence;
+                overlaps += if is_seed { 0.0 } else { overlap };
+            }
+        }
+        group.overlap = overlaps / f64::from(group.members.count_ones() - 1).max(1.0);
+        group
+    }
+}
+
+/// The mean of boxes, weighed by the log odds of their members: of the centres, and of the
+/// logarithms of the sizes.
+fn mean_box<'a>(members: impl Iterator<Item = &'a Opinion>) -> BoundingBox {
+    let (mut centre, mut size, mut weights) = ([0.0; 2], [0.0; 2], 0.0);
+    for Opinion { bbox, log_odds, .. } in members {
+        let weight = (SHARE * log_odds).exp();
+        let (at, sides) = (bbox.centre(), [bbox.w, bbox.h]);
+        for axis in 0..2 {
+            centre[axis] += weight * at[axis];
+            size[axis] += weight * sides[axis].ln();
+        }
+        weights += weight;
+    }
+    let [w, h] = size.map(|sum| (sum / weights).exp());
+    BoundingBox::around(centre.map(|sum| sum / weights), w, h)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PARAMS: ConsensusParams =
+        ConsensusParams { agree_overlap: 0.4, tracked: 0.7, visible: 0.5, lost: 0.5 };
+
+    const HERE: BoundingBox = BoundingBox { x: 10.0, y: 20.0, w: 40.0, h: 20.0 };
+    const NEAR: BoundingBox = BoundingBox { x: 14.0, ..HERE };
+    const AWAY: BoundingBox = BoundingBox { x: 90.0, ..HERE };
+
+    /// What a member says that gives its box these log odds.
+    fn says(bbox: BoundingBox, log_odds: f64, weights: &'static Weights) -> Opinion {
+        let estimate = Estimate { bbox, score: logistic(log_odds), ..Estimate::empty() };
+        Opinion::own(&estimate, weights)
+    }
+
+    fn logistic(sum: f64) -> f64 {
+        1.0 / (1.0 + (-sum).exp())
+    }
+
+    fn believed(consensus: &Consensus) -> Vec<usize> {
+        consensus.members().collect()
+    }
+
+    #[test]
+    fn the_group_with_the_most_evidence_is_believed() {
+        // Boxes and log odds of filters and network, what the network gives the filters' box, and
+        // who is believed.
+        for (filters, network, judged, expected) in [
+            // They agree.
+            ((HERE, 2.0), (NEAR, 2.0), None, vec![0, 1]),
+            ((HERE, -2.0), (NEAR, -2.0), None, vec![0, 1]),
+            // They do not.
+            ((HERE, 2.0), (AWAY, 2.0), Some(-3.0), vec![1]),
+            ((HERE, 2.0), (AWAY, 2.0), Some(2.0), vec![0]),
+            ((HERE, 2.0), (AWAY, -1.0), Some(-1.0), vec![0]),
+            ((HERE, -1.0), (AWAY, -1.0), Some(-1.0), vec![1]),
+            // A network is never surer than its range says.
+            ((HERE, 2.0), (AWAY, 9.0), Some(2.0), vec![0]),
+        ] {
+            let mut opinions =
+                [says(filters.0, filters.1, &FILTERS), says(network.0, network.1, &NETWORK)];
+            if let Some(judged) = judged {
+                opinions[0].add_judgement(judged, &NETWORK);
+            }
+            let consensus = Consensus::of(&opinions, &PARAMS);
+            assert_eq!(believed(&consensus), expected, "{filters:?} {network:?} {judged:?}");
+            assert_eq!(consensus.agrees(), expected.len() > 1);
+        }
+    }
+
+    #[test]
+    fn two_that_agree_outvote_a_third() {
+        let network = says(AWAY, 2.0, &NETWORK);
+        let alone = Consensus::of(&[says(HERE, 2.5, &FILTERS), network], &PARAMS);
+        assert_eq!(believed(&alone), [1]);
+        let others = [says(HERE, 2.5, &FILTERS), network, says(NEAR, 2.5, &FILTERS)];
+        let consensus = Consensus::of(&others, &PARAMS);
+        assert_eq!((believed(&consensus), consensus.leader), (vec![0, 2], 2));
+        assert!((consensus.bbox.x - 12.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn the_score_counts_log_odds_and_overlap() {
+        let overlap = HERE.overlap(&NEAR);
+        for (boxes, odds, sum) in [
+            ([HERE, HERE], [2.0, 3.0], 0.73 + 1.84 + 0.27 * 5.0),
+            ([HERE, NEAR], [2.0, 3.0], 0.73 + 1.84 * overlap + 0.27 * 5.0),
+            ([HERE, NEAR], [-9.0, 9.0], 0.73 + 1.84 * overlap + 0.27 * (5.0 - 3.0)),
+            ([HERE, AWAY], [-3.0, 3.0], 0.48 * 3.0 - 0.26),
+            ([HERE, AWAY], [2.0, -4.0], 0.65 * 2.0 - 0.26),
+        ] {
+            let opinions = [says(boxes[0], odds[0], &FILTERS), says(boxes[1], odds[1], &NETWORK)];
+            let Consensus { score, .. } = Consensus::of(&opinions, &PARAMS);
+            assert!((score - logistic(sum)).abs() < 1e-9, "{boxes:?} {odds:?}: {score}");
+        }
+    }
+
+    #[test]
+    fn boxes_that_agree_are_averaged_by_belief() {
+        let large = BoundingBox::around(HERE.centre(), 60.0, 30.0);
+        let equal = [says(HERE, 1.0, &FILTERS), says(large, 1.0, &NETWORK)];
+        let BoundingBox { x, y, w, h } = Consensus::of(&equal, &PARAMS).bbox;
+        // The mean of sizes on a logarithmic scale, around the same centre.
+        let expected = BoundingBox::around(HERE.centre(), 2400f64.sqrt(), 600f64.sqrt());
+        for (value, expected) in
+            [(x, expected.x), (y, expected.y), (w, expected.w), (h, expected.h)]
+        {
+            assert!((value - expected).abs() < 1e-9, "{value} {expected}");
+        }
+        // e^(0.2 * 5) times as much as the other one.
+        let surer = [says(HERE, 4.0, &FILTERS), says(NEAR, -1.0, &NETWORK)];
+        let x = 10.0 + 4.0 / (1.0 + std::f64::consts::E);
+        assert!((Consensus::of(&surer, &PARAMS).bbox.x - x).abs() < 1e-9);
+    }
+
+    #[test]
+    fn the_status_follows_from_score_agreement_and_visibility() {
+        use Status::{Lost, Tracked, Uncertain};
+        let consensus = Consensus { bbox: HERE, score: 0.9, leader: 0, group: 0b11 };
+        for (score, group, visible, status) in [
+            (0.9, 0b11, Some(0.5), Tracked),
+            (0.7, 0b11, Some(1.0), Tracked),
+            (0.9, 0b11, None, Uncertain),
+            (0.9, 0b11, Some(0.49), Uncertain),
+            (0.69, 0b11, Some(1.0), Uncertain),
+            (0.9, 0b10, None, Uncertain),
+            (0.5, 0b10, None, Uncertain),
+            (0.49, 0b11, Some(1.0), Lost),
+        ] {
+            let consensus = Consensus { score, group, ..consensus };
+            assert_eq!(PARAMS.status(&consensus, visible), status, "{score} {group} {visible:?}");
+        }
+    }
+
+    #[test]
+    fn scores_of_0_and_1_are_odds_that_can_be_computed_with() {
+        for (score, log_odds) in [(0.0, -9.2), (1.0, 9.2), (0.5, 0.0)] {
+            let estimate = Estimate { bbox: HERE, score, ..Estimate::empty() };
+            let opinion = Opinion::own(&estimate, &FILTERS);
+            assert!((opinion.log_odds - log_odds).abs() < 0.02, "{score}");
+        }
+    }
+}
