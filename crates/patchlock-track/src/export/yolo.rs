@@ -1,10 +1,10 @@
 //! YOLO, as read by Ultralytics: `data.yaml`, `labels/train/<image>.txt` with `class centre-x
 //! centre-y width height` relative to the frame, and the frames in `images/train`; clips that are
-//! kept for judging are in `labels/val` and `images/val`. Boxes are
-//! clipped to the frame, as the format requires; boxes outside it are omitted. Frames in which a
-//! target is lost are left out: it may be in the picture, and a detector would learn that it is
-//! background. With rotated boxes, a line has the corners of the outline, each clipped to the frame,
-//! in place of the box.
+//! kept for judging are in `labels/val` and `images/val`. Boxes are clipped to the frame, as the
+//! format requires, and stay in it when they are rounded; boxes outside it are omitted. Frames in
+//! which a target is lost are left out: it may be in the picture, and a detector would learn that it
+//! is background. With rotated boxes, a line has the corners of the outline, each clipped to the
+//! frame, in place of the box.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -72,12 +72,14 @@ fn labels(job: &Job<'_>, entries: &[Entry], shape: Shape) -> Result<Option<Strin
         let Some(bbox) = entry.found() else { return Ok(None) };
         let Some([left, top, right, bottom]) = clipped(&bbox, width, height) else { continue };
         let numbers: Vec<f64> = match shape {
-            Shape::Box => vec![
-                (left + right) / 2.0 / width,
-                (top + bottom) / 2.0 / height,
-                (right - left) / width,
-                (bottom - top) / height,
-            ],
+            Shape::Box => {
+                let ([x, w], [y, h]) =
+                    (relative(left, right, width), relative(top, bottom, height));
+                if w == 0.0 || h == 0.0 {
+                    continue;
+                }
+                vec![x, y, w, h]
+            }
             Shape::Outline => {
                 let corners = job.outline(entry)?;
                 // A corner is a point, and the centres of pixels are at whole numbers.
@@ -90,6 +92,18 @@ fn labels(job: &Job<'_>, entries: &[Entry], shape: Shape) -> Result<Option<Strin
     }
     Ok(Some(lines))
 }
+
+/// Centre and length of the part of a side of the frame from `from` to `to`, relative to that side.
+/// Both have the six decimal places of the file, with which both ends are still in the frame.
+fn relative(from: f64, to: f64, side: f64) -> [f64; 2] {
+    let millionths = |value: f64| (value / side * MILLION).round();
+    let centre = millionths((from + to) / 2.0);
+    let most = 2.0 * centre.min(MILLION - centre);
+    [centre / MILLION, millionths(to - from).min(most) / MILLION]
+}
+
+/// What a number with six decimal places is multiplied with to make it a whole one.
+const MILLION: f64 = 1e6;
 
 /// Left, top, right and bottom of the part inside the frame; `None` if nothing is inside.
 pub fn clipped(bbox: &BoundingBox, width: f64, height: f64) -> Option<[f64; 4]> {
