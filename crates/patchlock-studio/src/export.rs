@@ -380,7 +380,7 @@ pub fn track(project: &Project) -> Result<Track, Error> {
     let declared = project.labels.iter();
     let declared = declared.map(|label| (label.name.clone(), label.attributes.clone())).collect();
     let (width, height) = (project.video.width, project.video.height);
-    let track = Track::new(entries.collect())?;
+    let track = Track::new(entries.collect())?.in_clip(project.video.frames);
     Ok(track.with_targets(about).with_declared(declared).sized(width, height))
 }
 

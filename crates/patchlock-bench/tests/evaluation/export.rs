@@ -270,18 +270,74 @@ fn cvat_marks_the_frames_without_a_target() {
     };
     let first = [
         (0, 0, 0, ["10", "5", "30", "15"]),
+        (1, 1, 0, ["10", "5", "30", "15"]),
         (2, 0, 1, ["11", "5", "31", "15"]),
-        (4, 1, 1, ["11", "5", "31", "15"]),
+        (3, 1, 1, ["11", "5", "31", "15"]),
         (6, 0, 0, ["14", "5", "34", "15"]),
+        (7, 1, 0, ["14", "5", "34", "15"]),
     ];
     let third = [
         (2, 0, 0, ["30", "20", "38", "26"]),
+        (3, 1, 0, ["30", "20", "38", "26"]),
         (4, 0, 0, ["-4", "27", "4", "33.1235"]),
-        (6, 1, 0, ["-4", "27", "4", "33.1235"]),
+        (5, 1, 0, ["-4", "27", "4", "33.1235"]),
     ];
     let (_, tracks) = xml.split_once("</meta>\n").unwrap();
     assert_eq!(tracks, track(1, &first) + &track(3, &third) + "</annotations>\n");
-    assert!(xml.contains("<size>7</size>") && xml.contains("<width>40</width>"));
+    assert!(xml.contains("<size>8</size>") && xml.contains("<width>40</width>"));
+}
+
+/// The last frame of the clip has no frame after it in which the target could be outside.
+#[test]
+fn a_clip_has_the_frames_of_its_images_or_those_that_the_track_knows_of() {
+    let workspace = Workspace::new();
+    let images = workspace.images();
+    let video = workspace.path("film.y4m");
+    fs::write(&video, y4m(9)).unwrap();
+    let known = |frames: usize| track().in_clip(frames);
+    let cases = [
+        ("images", track(), Some(images), 7),
+        ("video", track(), Some(video), 9),
+        ("track", known(7), None, 7),
+        ("longer", known(20), None, 20),
+        ("unknown", track(), None, 8),
+    ];
+    for (name, track, images, frames) in cases {
+        let out = |format: Format| workspace.path(&format!("{name}.{}", format.name()));
+        for format in [Format::Cvat, Format::LabelStudio] {
+            let options = Options { images: images.clone(), ..options(format) };
+            export::write(&track, &options, &out(format), false).unwrap();
+        }
+        let xml = text(out(Format::Cvat));
+        assert!(xml.contains(&format!("<size>{frames}</size>")), "{name}: {xml}");
+        let outside = "<box frame=\"7\" keyframe=\"1\" outside=\"1\"";
+        assert_eq!(xml.contains(outside), frames > 7, "{name}: {xml}");
+        let tasks: Value = serde_json::from_str(&text(out(Format::LabelStudio))).unwrap();
+        let value = &tasks[0]["predictions"][0]["result"][0]["value"];
+        // Without a length, the clip ends with the track: the last key frame is shown alone.
+        let frames = if name == "unknown" { 7 } else { frames };
+        assert_eq!(value["framesCount"], frames, "{name}");
+        let seconds = (frames as f64 / 30.0 * 1e4).round() / 1e4;
+        assert_eq!(value["duration"], seconds, "{name}");
+    }
+    let out = workspace.path("short");
+    let error = export::write(&known(6), &options(Format::Cvat), &out, false).unwrap_err();
+    let expected = "the track extends to frame 6, counted from 0, but the clip has 6 frames";
+    assert!(error.to_string().contains(expected), "{error}");
+}
+
+/// CVAT and Label Studio cannot read a track without boxes.
+#[test]
+fn a_target_that_is_never_found_has_no_track() {
+    let workspace = Workspace::new();
+    let lost = |frame| Entry { frame, id: 2, status: Some(Status::Lost), ..track().entries()[0] };
+    let entries = [track().entries(), &[lost(0), lost(1)]].concat();
+    let with_lost = Track::new(entries).unwrap();
+    for format in [Format::Cvat, Format::LabelStudio] {
+        let out = workspace.path(format.name());
+        export::write(&with_lost, &options(format), &out, false).unwrap();
+        assert_eq!(text(out), exported_text(format));
+    }
 }
 
 #[test]
@@ -386,6 +442,22 @@ fn yolo_is_relative_and_clipped() {
         fs::read(images.join("4.png")).unwrap()
     );
     assert!(!out.join("images/train/3.png").exists(), "frame 3 was not tracked");
+}
+
+/// With six decimal places each, centre and length of this box would end at 1.0000005.
+#[test]
+fn boxes_of_yolo_end_in_the_frame_when_they_are_rounded() {
+    let workspace = Workspace::new();
+    let bbox = BoundingBox { x: 32.000048, y: 5.0, w: 7.999952, h: 10.0 };
+    let entry = Entry { bbox: Some(bbox), ..track().entries()[0] };
+    // Less than half a millionth of the frame is in it.
+    let sliver = BoundingBox { x: 40.0 - 1e-6, y: 5.0, w: 7.0, h: 10.0 };
+    let sliver = Entry { id: 2, bbox: Some(sliver), ..entry };
+    let out = workspace.path("yolo");
+    let track = Track::new(vec![entry, sliver]).unwrap();
+    export::write(&track, &options(Format::Yolo), &out, false).unwrap();
+    let lines = text(out.join("labels/train/frame_000000.txt"));
+    assert_eq!(lines, "0 0.900001 0.333333 0.199998 0.333333\n");
 }
 
 #[test]
@@ -543,6 +615,7 @@ fn key_frames_are_sparse_and_keep_every_change() {
         [21, 1, 0],
         [25, 0, 0],
         [30, 0, 0],
+        [31, 1, 0],
     ];
     assert_eq!(boxes, expected);
 }
@@ -621,16 +694,22 @@ fn voc_counts_from_one_and_clips() {
     }
 }
 
-#[test]
-fn frames_of_a_video_are_saved_as_images() {
-    let workspace = Workspace::new();
-    let video = workspace.path("film.y4m");
+/// A video of up to 9 frames of 40 x 30 pixels, each brighter than the one before.
+fn y4m(frames: u8) -> Vec<u8> {
     let mut bytes = b"YUV4MPEG2 W40 H30 F25:1 Ip A1:1 C420jpeg\n".to_vec();
-    for k in 0..7u8 {
+    for k in 0..frames {
         bytes.extend(b"FRAME\n");
         bytes.extend(vec![30 * k; 40 * 30]);
         bytes.extend(vec![128; 2 * 20 * 15]);
     }
+    bytes
+}
+
+#[test]
+fn frames_of_a_video_are_saved_as_images() {
+    let workspace = Workspace::new();
+    let video = workspace.path("film.y4m");
+    let bytes = y4m(7);
     fs::write(&video, &bytes).unwrap();
     let with_video =
         |format| Options { size: None, images: Some(video.clone()), ..options(format) };

@@ -18,8 +18,9 @@ EXAMPLES:
   patchlock export track.csv --format mot --out track.txt
       a text file in the format of MOTChallenge, for TrackEval and motmetrics
   patchlock export track.csv --format cvat --keyframes 10 --label car \\
-    --out track.xml
-      for correction in CVAT: Upload annotations, CVAT 1.1
+    --images video.mp4 --out track.xml
+      for correction in CVAT: Upload annotations, CVAT 1.1; the number of frames
+      is that of the video
   patchlock export video.patchlock.json --format coco --out video.json
       the targets of a project, with their labels
   patchlock export track.csv --format yolo --images video.mp4 --out dataset
@@ -54,7 +55,11 @@ Frames in which a target is lost (column status) are marked: in mot by
 confidence 0, in coco by the attribute status, in cvat as outside, in
 label-studio by the end of an interval, in lasot as full occlusion, in got10k as
 absence. In yolo, yolo-obb and voc these frames are left out. If the row has no
-box either, there is no line in mot and no annotation in coco.
+box either, there is no line in mot and no annotation in coco. cvat and
+label-studio mark frames without a row like those without a box: the tools show
+each target in the frames in which it has a box, and in no other. Without a
+project or --images, the number of frames of the clip is not known, and cvat has
+a frame after the last box; CVAT refuses the file if the clip has none.
 
 With --all the output is a folder. Class ids agree in all formats: they follow
 the list of labels. coco has annotations/instances_train.json and images, yolo
@@ -101,7 +106,7 @@ pub struct ExportArgs {
     size: Option<String>,
 
     /// The folder of the frames, or the video. yolo, voc, lasot and got10k copy the frames of the
-    /// track; coco refers to them by name
+    /// track; coco refers to them by name; cvat and label-studio have their number
     #[arg(long, value_name = "PATH")]
     images: Option<PathBuf>,
 
@@ -249,11 +254,26 @@ fn export_track(args: &ExportArgs, track: &Track, labels: Vec<String>) -> Result
         Ok(files) => {
             let lost = if options.format.leaves_out_lost() { track.lost_boxes() } else { 0 };
             conclude(args, track, files, lost);
+            if let Some(frame) = assumed_frame(&options, track) {
+                say(&format!(
+                    "the number of frames of the clip is not known: the file has a frame {frame}, counted \
+                     from 0, without targets, and CVAT refuses it if the clip has no such frame; give --images"
+                ));
+            }
         }
         Err(_) if stopped() => return Err(interrupted("stopped; nothing was written").into()),
         Err(error) => return Err(Failure::from(error).into()),
     }
     Ok(())
+}
+
+/// The frame after the last box, in a file that has one although the clip may not.
+fn assumed_frame(options: &Options, track: &Track) -> Option<usize> {
+    let is_cvat = matches!(options.format, Format::Cvat | Format::CvatObb);
+    let is_known = options.images.is_some() || track.clip_frames().is_some();
+    let last = track.frames().last().copied()?;
+    let mut of_last = track.entries().iter().filter(|entry| entry.frame == last);
+    (is_cvat && !is_known && of_last.any(|entry| entry.found().is_some())).then_some(last + 1)
 }
 
 /// Says what was written; `lost` boxes were not.

@@ -45,7 +45,32 @@ fn lost_frames_of_a_table_are_marked() {
     let outside = |line: &String| line.contains("outside=\"1\"");
     let lines = bench.lines("a.xml");
     let marked: Vec<_> = lines.iter().filter(|line| outside(line)).collect();
-    assert!(marked.len() == 1 && marked[0].contains("frame=\"1\""), "{marked:?}");
+    // The table does not say whether the clip has a frame 3.
+    assert!(marked.len() == 2 && marked[0].contains("frame=\"1\""), "{marked:?}");
+    assert!(marked[1].contains("frame=\"3\""), "{marked:?}");
+}
+
+#[test]
+fn the_number_of_frames_is_that_of_the_images() {
+    let bench = Bench::new();
+    bench.images("f", 4);
+    fs::write(bench.path("a.csv"), "frame,x,y,w,h\n0,10,5,20,10\n2,12,5,20,10\n").unwrap();
+    let cvat = ["a.csv", "--format", "cvat", "--overwrite"];
+    let unknown = "is not known: the file has a frame 3, counted from 0";
+    export(&bench, &[&cvat[..], &["--size", "96x72", "--out", "a.xml"]].concat())
+        .success()
+        .stderr(contains(unknown));
+    export(&bench, &[&cvat[..], &["--images", "f", "--out", "b.xml"]].concat())
+        .success()
+        .stderr(contains(unknown).not());
+    let outside = |line: &String| line.contains("outside=\"1\"");
+    for name in ["a.xml", "b.xml"] {
+        let lines = bench.lines(name);
+        assert!(lines.iter().any(|line| line.contains("<size>4</size>")), "{name}");
+        let marked: Vec<_> = lines.iter().filter(|line| outside(line)).collect();
+        let [first, second] = marked[..] else { panic!("{name}: {marked:?}") };
+        assert!(first.contains("frame=\"1\"") && second.contains("frame=\"3\""), "{marked:?}");
+    }
 }
 
 #[test]

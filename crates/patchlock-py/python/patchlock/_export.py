@@ -43,7 +43,9 @@ def export(
     Frames in which a target is lost are marked: in `"mot"` by confidence 0, in `"coco"` by the attribute
     `status`, in `"cvat"` as outside, in `"label-studio"` by the end of a stretch, in `"lasot"` as full
     occlusion, in `"got10k"` as absence. `"yolo"`, `"yolo-obb"` and `"voc"` have no such mark, so these frames are
-    left out.
+    left out. In `"cvat"` and `"label-studio"`, frames in which a target has no box are marked like those in which
+    it is lost. Without `images`, the number of frames is not known, and `"cvat"` has a frame after the last box;
+    CVAT refuses the file if the clip has none.
 
     Args:
         track: Estimates of one target, as `track` and `Tracker` return them; or of many targets, one
@@ -54,11 +56,12 @@ def export(
         size: Width and height of the frames in pixels. All formats but mot and lasot need it, unless `images`
             is given or `track` is a table that has it.
         images: The folder of all frames that were tracked, or the video. yolo, voc, lasot and got10k copy
-            those in the track; coco refers to them by name.
+            those in the track; coco refers to them by name; cvat and label-studio have their number.
         label: The class of the targets.
         name: Name of the video; `None` for the name of the table or of `out`.
-        key_frames: Make only every so many-th tracked frame a key frame, besides those where something
-            changes; for cvat and label-studio, which interpolate between them.
+        key_frames: Make only every so many-th box a key frame, besides the first and the last of each run of
+            frames with a box, and those where something changes; for cvat and label-studio, which interpolate
+            between them.
         overwrite: Replace an existing file. A folder that is not empty is never replaced.
 
     Returns:

@@ -129,6 +129,31 @@ fn what_is_exported_can_be_imported() {
     }
 }
 
+/// Target 1 is not seen from frame 6 on, target 2 is in the last frame of the clip.
+#[test]
+fn tools_that_interpolate_know_where_a_target_and_the_clip_end() {
+    let place = Place::new();
+    let store = filled(&place);
+    let text = |format| {
+        String::from_utf8(exported(&place, store.project(), Format::Other(format))).unwrap()
+    };
+    let cvat = text(export::Format::Cvat);
+    assert!(cvat.contains(&format!("<size>{FRAMES}</size>")), "{cvat}");
+    let outside: Vec<&str> =
+        cvat.lines().filter(|line| line.contains("outside=\"1\"")).map(str::trim).collect();
+    let [outside] = outside[..] else { panic!("{outside:?}") };
+    assert!(outside.starts_with("<box frame=\"6\""), "{outside}");
+    let tasks: serde_json::Value =
+        serde_json::from_str(&text(export::Format::LabelStudio)).unwrap();
+    for (k, last) in [(0, 6), (1, FRAMES)] {
+        let value = &tasks[0]["predictions"][0]["result"][k]["value"];
+        assert_eq!(value["framesCount"], FRAMES);
+        let keys = value["sequence"].as_array().unwrap();
+        let end = keys.last().unwrap();
+        assert_eq!((&end["frame"], &end["enabled"]), (&last.into(), &false.into()));
+    }
+}
+
 #[test]
 fn a_label_is_no_formula_in_a_table_and_comes_back() {
     for label in ["=HYPERLINK(\"x\")", "+1 car", "-2", "@SUM(A1)", "'=1", "'s", "a, b"] {
@@ -505,7 +530,7 @@ fn rotated_boxes_of_cvat_are_read_as_the_upright_boxes_around_them() {
         }
     };
     let entries: Vec<export::Entry> = (0..FRAMES).map(entry).collect();
-    let track = export::Track::new(entries.clone()).unwrap().sized(64, 48);
+    let track = export::Track::new(entries.clone()).unwrap().in_clip(FRAMES).sized(64, 48);
     let out = place.folder().join("rotated.xml");
     let options = export::Options {
         format: export::Format::CvatObb,

@@ -1,12 +1,15 @@
-//! "CVAT for video 1.1": one track per target, and one box per key frame. A box with `outside="1"`
-//! ends a stretch where the target leaves or is lost; the next box starts a new one. A target of
-//! which less than half is visible, or whose position is uncertain, is marked as occluded. A rotated
-//! box has the sides before it is turned, and the attribute `rotation`.
+//! "CVAT for video 1.1": one track per target, and one box per key frame. CVAT interpolates between
+//! the boxes of a track, and holds the last one to the end of the clip. A box with `outside="1"` ends
+//! a run of frames with a box, and the next box starts a new one. CVAT refuses a track without boxes,
+//! and a box in a frame that the clip does not have. A target of which less than half is visible, or
+//! whose position is uncertain, is marked as occluded. A rotated box has the sides before it is
+//! turned, and the attribute `rotation`.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use patchlock::{BoundingBox, Status};
 
+use super::key_frames::keys;
 use super::track::Entry;
 use super::xml::{Document, digit};
 use super::{Job, round};
@@ -22,23 +25,34 @@ pub fn text(job: &Job<'_>, rotated: bool) -> Result<String, Error> {
         let mut found = job.track.entries().iter().filter(|entry| entry.found().is_some());
         found.try_for_each(|entry| job.outline(entry).map(drop))?;
     }
-    let frames: Vec<usize> = job.track.frames().into_iter().collect();
+    let length = length(job);
     let mut xml = Document::new();
     xml.declare();
     xml.element("annotations", &[], |xml| {
         xml.leaf("version", &[], "1.1");
         xml.element("meta", &[], |xml| {
-            xml.element("task", &[], |xml| write_task(xml, job, frames[frames.len() - 1] + 1));
+            xml.element("task", &[], |xml| write_task(xml, job, length));
         });
         for (id, entries) in job.track.by_target() {
+            if entries.iter().all(|entry| entry.found().is_none()) {
+                continue;
+            }
             let (id_text, label) = (id.to_string(), job.label(id));
             let attributes = [("id", id_text.as_str()), ("label", label), ("source", "auto")];
             xml.element("track", &attributes, |xml| {
-                write_boxes(xml, job, rotated, &frames, entries.into_iter());
+                write_boxes(xml, job, rotated, length, &entries);
             });
         }
     });
     Ok(xml.into_text())
+}
+
+/// The number of frames of the clip. If it is not known, there is one after the last box, so that the
+/// target can be outside in it.
+fn length(job: &Job<'_>) -> usize {
+    let end = |entry: &Entry| entry.frame + 1 + usize::from(entry.found().is_some());
+    let ends = job.track.entries().iter().map(end);
+    job.frames.count.unwrap_or_else(|| ends.max().unwrap_or(0))
 }
 
 /// Writes the name, the number of frames, the labels and the size of the frames.
@@ -106,41 +120,26 @@ fn write_definition(xml: &mut Document, name: &str, [mutable, kind, default, val
     });
 }
 
-/// Writes the boxes of a target: the first and the last of each stretch, every
-/// `key_frames`-th between them, and those where it begins or ceases to be occluded, or another
-/// attribute changes. If it is not found in the next tracked frame, the last box is repeated there
-/// as outside.
-fn write_boxes<'a>(
+/// Writes the key frames of a target; occlusion and attributes change only at key frames. If the
+/// target has no box in the frame after one, the box is repeated there as outside, unless the clip of
+/// `length` frames ends before it.
+fn write_boxes(
     xml: &mut Document,
     job: &Job<'_>,
     rotated: bool,
-    frames: &[usize],
-    entries: impl Iterator<Item = &'a Entry>,
+    length: usize,
+    entries: &[&Entry],
 ) {
-    let mut found = entries.filter_map(|entry| Some((entry, entry.found()?))).peekable();
-    let (mut since, mut before) = (0, None);
-    while let Some((entry, bbox)) = found.next() {
-        let occluded = entry.status == Some(Status::Uncertain) || entry.is_occluded();
-        let values = job.values(entry.id, entry.frame);
-        let after = frames.get(frames.partition_point(|&frame| frame <= entry.frame));
-        let next = found.peek().map(|(entry, _)| entry.frame);
-        let outside = after.filter(|after| next.is_none_or(|next| next > **after));
+    let occluded = |entry: &Entry| entry.status == Some(Status::Uncertain) || entry.is_occluded();
+    let state = |entry: &Entry| (occluded(entry), job.values(entry.id, entry.frame));
+    for key in keys(entries, job.key_frames, state) {
+        let entry = key.entry;
         let rotation = entry.corners.as_ref().filter(|_| rotated).map_or(0.0, rotation);
-        let of_frame = Shape { frame: entry.frame, bbox, rotation, outside: false, occluded };
-        let now = Some((occluded, values));
-        if since % job.key_frames == 0
-            || entry.said.is_some()
-            || before != now
-            || outside.is_some()
-            || next.is_none()
-        {
-            of_frame.write(xml, job, entry);
-            since = 0;
-        }
-        (since, before) = (since + 1, now);
-        if let Some(&after) = outside {
-            Shape { frame: after, outside: true, ..of_frame }.write(xml, job, entry);
-            (since, before) = (0, None);
+        let (frame, bbox, occluded) = (entry.frame, key.bbox, occluded(entry));
+        let shape = Shape { frame, bbox, rotation, outside: false, occluded };
+        shape.write(xml, job, entry);
+        if key.ends && frame + 1 < length {
+            Shape { frame: frame + 1, outside: true, ..shape }.write(xml, job, entry);
         }
     }
 }

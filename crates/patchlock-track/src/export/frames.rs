@@ -1,4 +1,4 @@
-//! The frames of a track: their size, names and image files.
+//! The frames of a track: their size, number, names and image files.
 
 use std::path::{Path, PathBuf};
 
@@ -11,6 +11,8 @@ use crate::{Error, files};
 pub struct Frames {
     /// Width and height in pixels; 0 if the format does not need them.
     pub size: (usize, usize),
+    /// The number of frames of the clip, if it is known and the format has key frames.
+    pub count: Option<usize>,
     images: Images,
 }
 
@@ -45,7 +47,11 @@ impl Frames {
                 size.0, size.1
             )));
         }
-        Ok(Self { size, images })
+        let count = match format.has_key_frames() {
+            true => count(track, options.limits, &images)?,
+            false => None,
+        };
+        Ok(Self { size, count, images })
     }
 
     /// The file name of a frame: that of its image, or one made from its index.
@@ -126,6 +132,21 @@ fn size(track: &Track, options: &Options, images: &Images) -> Result<(usize, usi
             size.0, size.1, other.0, other.1
         ))),
         None => Ok(size),
+    }
+}
+
+/// The number of frames of the clip, if it is known: that of the images, or as the track has it.
+fn count(track: &Track, limits: Limits, images: &Images) -> Result<Option<usize>, Error> {
+    let count = match images {
+        Images::None => track.clip_frames(),
+        Images::Files(files) => Some(files.len()),
+        Images::Video(video) => Some(patchlock_media::open_within(video, false, limits)?.count()?),
+    };
+    match (track.frames().last(), count) {
+        (Some(last), Some(count)) if *last >= count => Err(invalid(format!(
+            "the track extends to frame {last}, counted from 0, but the clip has {count} frames"
+        ))),
+        _ => Ok(count),
     }
 }
 

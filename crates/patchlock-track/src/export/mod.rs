@@ -11,6 +11,7 @@ mod coco;
 mod cvat;
 mod frames;
 mod got10k;
+mod key_frames;
 mod label_studio;
 mod lasot;
 mod mot;
@@ -44,7 +45,9 @@ pub enum Format {
     /// `track_id`, and the rotated outline as `segmentation`, the score, the attribute `status` and
     /// those of the target if they are known.
     Coco,
-    /// "CVAT for video 1.1": an XML file with one track per target. A lost target is outside.
+    /// "CVAT for video 1.1": an XML file with one track per target. A target is outside from the
+    /// frame after a box in which it has none, or is lost. Without the number of frames of the
+    /// clip, there is taken to be a frame after the last box.
     Cvat,
     /// As [`Format::Cvat`], with the rotated outline in place of the upright box: the box before it
     /// is turned, and the attribute `rotation`. All boxes need an outline.
@@ -173,8 +176,9 @@ pub struct Options {
     /// Whether images may be links that leave their folder. A folder of others could lead to any
     /// image of this machine.
     pub follow_links: bool,
-    /// Only every so many-th tracked frame is a key frame, besides the first and last of each
-    /// stretch; the tool interpolates between them. 1 makes all frames key frames.
+    /// Only every so many-th box is a key frame, besides the first and the last of each run of
+    /// frames with a box, those that a person has drawn, and those at which something else changes;
+    /// the tool interpolates between them. 1 makes all boxes key frames.
     pub key_frames: usize,
     /// What the images or the video may claim.
     pub limits: Limits,

@@ -95,6 +95,8 @@ impl About {
 pub struct Track {
     entries: Vec<Entry>,
     size: Option<(usize, usize)>,
+    /// The number of frames of the clip.
+    clip_frames: Option<usize>,
     /// Seconds from the first frame of the source, by frame.
     times: BTreeMap<usize, f64>,
     about: BTreeMap<u64, About>,
@@ -207,6 +209,7 @@ impl Track {
             _ => Ok(Self {
                 entries,
                 size: None,
+                clip_frames: None,
                 times: BTreeMap::new(),
                 about: BTreeMap::new(),
                 declared: BTreeMap::new(),
@@ -255,6 +258,17 @@ impl Track {
     #[must_use]
     pub fn sized(self, width: usize, height: usize) -> Self {
         Self { size: Some((width, height)), ..self }
+    }
+
+    /// The number of frames of the clip, if it is known. The track may end before it.
+    pub fn clip_frames(&self) -> Option<usize> {
+        self.clip_frames
+    }
+
+    /// The same track with the number of frames of its clip.
+    #[must_use]
+    pub fn in_clip(self, frames: usize) -> Self {
+        Self { clip_frames: Some(frames), ..self }
     }
 
     /// The same track with what is known of its targets, by id. A target that is not in it has the
