@@ -117,7 +117,7 @@ def test_large_frames_are_not_copied(part):
 @pytest.mark.parametrize(
     ("frame", "error", "says"),
     [
-        (np.zeros((9, 9)), TypeError, "type float64; convert it with"),
+        (np.zeros((9, 9)), TypeError, "type float64; convert samples"),
         (np.zeros((9, 9), bool), TypeError, "type bool"),
         (np.zeros((9, 9), ">u2"), TypeError, "type >u2"),
         (np.zeros((9, 9), np.int32), TypeError, "uint8, uint16 or float32"),

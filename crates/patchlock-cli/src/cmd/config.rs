@@ -61,9 +61,8 @@ fn commented(config: &TrackerConfig, preset: &str, research: bool) -> Result<Str
         text += NETWORK;
     }
     let (mut group, mut source) = ("", "");
-    let is_listed = |row: &&Parameter| {
-        config.reads(row) && (research || row.is_stable_for(&config.method))
-    };
+    let is_listed =
+        |row: &&Parameter| config.reads(row) && (research || row.is_stable_for(&config.method));
     for parameter in PARAMETERS.iter().filter(is_listed) {
         if parameter.group != group {
             group = parameter.group;
@@ -106,7 +105,9 @@ mod tests {
 
     #[test]
     fn printed_presets_parse_back_to_the_same_configuration() {
-        for (preset, research) in Preset::ALL.into_iter().flat_map(|preset| [(preset, false), (preset, true)]) {
+        for (preset, research) in
+            Preset::ALL.into_iter().flat_map(|preset| [(preset, false), (preset, true)])
+        {
             let config = TrackerConfig::from(preset);
             let text = commented(&config, preset.name(), research).expect("prints");
             let back: TrackerConfig = toml::from_str(&text).expect("reads");
