@@ -11,8 +11,8 @@
     python3 benchmarks/ablate.py segments/*/ --out results/parts --variants benchmarks/parts.toml
 
 Each DATASET is a folder that segments.py made, with or without --whole and --frames. The first variant is the
-baseline. A variant is a name and the settings in which it differs from a preset (`patchlock config` lists all
-settings). Three words are not settings: `preset`, the preset to start from (default: that of --preset);
+baseline. A variant is a name and the settings in which it differs from a preset (`patchlock config --research`
+lists all). Three words are not settings: `preset`, the preset to start from (default: that of --preset);
 `program`, another build of patchlock; `results`, a folder with results that `bench` or peers.py wrote, where
 {set} stands for the name of a DATASET: `results=out/{set}/csrt`. In a file of variants, each variant is a
 table:

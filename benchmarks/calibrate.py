@@ -194,7 +194,7 @@ def main() -> None:
     args = parser.parse_args()
     settings = dict(args.set)
     frames, groups = read(args.datasets, One(settings))
-    limits = {row.name: row.default for row in patchlock.parameters()} | settings
+    limits = {row.name: row.default for row in patchlock.parameters(research=True)} | settings
     fitted = fit(frames)
     rows = {
         "as it is set": logistic(frames.columns @ np.array([float(limits[name]) for name in ALONE])),

@@ -3,7 +3,7 @@
 
     cargo build --release
     python3 benchmarks/network_speed.py DATA --network BACKBONE.onnx HEAD.onnx \\
-        --ours robust --ours network=SETTINGS.toml --record benchmarks/record/DATE-network-speed.md
+        --ours robust --ours network=SETTINGS.toml --record network-speed.md
 
 DATA is a folder in the OTB layout. --network is NanoTrack's two files or VitTrack's one. The first run
 creates virtual environments for the other software (peers-requirements.txt and speed-requirements.txt). Do

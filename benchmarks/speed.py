@@ -2,8 +2,8 @@
 """Measures speed: whole runs compared with other trackers and another solver, and how the cost grows.
 
     cargo build --release && cargo build --release -p patchlock-bench --example somp_problems
-    python3 benchmarks/speed.py runs DATA --record benchmarks/record/DATE-speed.md
-    python3 benchmarks/speed.py curves DATA --out benchmarks/record/DATE-curves
+    python3 benchmarks/speed.py runs DATA --record speed.md
+    python3 benchmarks/speed.py curves DATA --out curves
 
 DATA is a folder in the OTB layout. The first run creates virtual environments for the other software
 (peers-requirements.txt and speed-requirements.txt). Do not use the machine for anything else: all

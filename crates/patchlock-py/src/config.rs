@@ -523,7 +523,8 @@ type Row<'py> = (&'static str, &'static str, Bound<'py, PyAny>, String, &'static
 
 /// The rows of the table of settings: group, name, default, allowed values, source, purpose.
 #[pyfunction]
-pub fn parameters(py: Python<'_>) -> PyResult<Vec<Row<'_>>> {
+#[pyo3(signature = (research = false))]
+pub fn parameters(py: Python<'_>, research: bool) -> PyResult<Vec<Row<'_>>> {
     let defaults = [Preset::Robust, Preset::Paper, Preset::Network].map(TrackerConfig::from);
     let row = |parameter: &Parameter| {
         let Parameter { group, name, range, source, purpose, .. } = *parameter;
@@ -531,5 +532,9 @@ pub fn parameters(py: Python<'_>) -> PyResult<Vec<Row<'_>>> {
         let default = config.unwrap_or(&defaults[0]).get(name).map_err(errors::of_tracker)?;
         Ok((group, name, to_python(py, default)?, range.to_string(), source, purpose))
     };
-    PARAMETERS.iter().map(row).collect()
+    let is_listed = |row: &&Parameter| {
+        let used = |config: &&TrackerConfig| row.is_used_by(&config.method);
+        research || defaults.iter().filter(used).any(|config| row.is_stable_for(&config.method))
+    };
+    PARAMETERS.iter().filter(is_listed).map(row).collect()
 }

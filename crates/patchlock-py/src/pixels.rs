@@ -83,7 +83,8 @@ impl<'py> Pixels<'py> {
         } else {
             Err(PyTypeError::new_err(format!(
                 "{EXPECTED}; this array is of type {}; \
-                 convert it with .astype(numpy.float32) or .astype(numpy.uint8)",
+                 convert samples from 0 to 255 with .astype(numpy.uint8), or divide them by their white \
+                 and use .astype(numpy.float32)",
                 array.dtype()
             )))
         }

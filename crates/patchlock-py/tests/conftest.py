@@ -17,7 +17,7 @@ def configured(preset: str, **changes: Any) -> patchlock.Config:
     config = patchlock.Config(preset)
     method = config.paper if preset == "paper" else config.robust
     places = {"": config, "patches": method.patches}
-    groups = {parameter.name: parameter.group for parameter in patchlock.parameters()}
+    groups = {parameter.name: parameter.group for parameter in patchlock.parameters(research=True)}
     for name, value in changes.items():
         setattr(places.get(groups[name], method), name, value)
     return config

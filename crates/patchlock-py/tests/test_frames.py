@@ -117,7 +117,7 @@ def test_large_frames_are_not_copied(part):
 @pytest.mark.parametrize(
     ("frame", "error", "says"),
     [
-        (np.zeros((9, 9)), TypeError, "type float64; convert it with"),
+        (np.zeros((9, 9)), TypeError, "type float64; convert samples"),
         (np.zeros((9, 9), bool), TypeError, "type bool"),
         (np.zeros((9, 9), ">u2"), TypeError, "type >u2"),
         (np.zeros((9, 9), np.int32), TypeError, "uint8, uint16 or float32"),
@@ -130,6 +130,8 @@ def test_large_frames_are_not_copied(part):
         (np.zeros((9, 9, 2), np.uint8), ValueError, r"\(height, width, 3\)"),
         (np.zeros((0, 9), np.uint8), ValueError, "both sides must be at least 1"),
         (np.full((9, 9), np.nan, np.float32), ValueError, "x 0, y 0 is NaN"),
+        (np.full((9, 9), 200, np.float32), ValueError, "black at 0 and white at 1"),
+        (np.zeros((9, 9)), TypeError, "divide them by their white"),
         (Image.fromarray(np.zeros((9, 9), np.int32)), ValueError, "mode I"),
     ],
 )

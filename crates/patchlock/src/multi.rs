@@ -195,11 +195,11 @@ impl MultiTracker {
 
     /// Everything that is needed to continue to the same boxes later; see [`MultiSnapshot`].
     pub fn snapshot(&self) -> MultiSnapshot {
-        let track = |(target, tracked): (&Box<dyn TargetTracker>, &Tracked)| {
-            let estimate = tracked.estimate.clone();
-            (tracked.id, SavedTrack { target: target::saved(&**target), estimate })
-        };
-        let tracks = self.targets.iter().zip(&self.tracked).map(track).collect();
+        let tracks = self.targets.iter().zip(&self.tracked).map(|(target, tracked)| {
+            let (target, estimate) = (target::saved(&**target), tracked.estimate.clone());
+            (tracked.id, SavedTrack { target, estimate })
+        });
+        let tracks = tracks.collect();
         MultiSnapshot::new(MultiParts {
             config: self.config.clone(),
             next: self.next,

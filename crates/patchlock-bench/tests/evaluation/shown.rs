@@ -13,10 +13,6 @@ use serde_json::Value;
 /// Width and height of the frames, in pixels.
 const SIZE: (usize, usize) = (640, 480);
 
-/// Frames after the last row of a track whose clip has no known length, into which a tool could hold
-/// a box.
-const AFTER: usize = 5;
-
 /// A box that a tool shows in a frame.
 #[derive(Debug, Clone, Copy)]
 struct Shown {
@@ -276,7 +272,7 @@ proptest! {
             };
             let (of_file, tracks) = read(&text);
             prop_assert!(length.is_none_or(|length| of_file == length || tracks.is_empty()));
-            let shown = film(&tracks, length.unwrap_or(end + AFTER));
+            let shown = film(&tracks, length.unwrap_or(end));
             let places = |film: &mut dyn Iterator<Item = (u64, usize)>| film.collect::<BTreeSet<_>>();
             prop_assert_eq!(
                 places(&mut shown.keys().copied()), places(&mut expected.keys().copied()), "{:?}", format

@@ -1,8 +1,8 @@
-//! `patchlock config`: prints all settings as commented TOML.
+//! `patchlock config`: prints the settings as commented TOML.
 
 use anyhow::Result;
 use clap::Args;
-use patchlock::{Method, PARAMETERS, TrackerConfig};
+use patchlock::{Method, PARAMETERS, Parameter, TrackerConfig};
 use patchlock_track::settings;
 
 use super::PRESETS_SHOWN;
@@ -12,7 +12,7 @@ use crate::output::printed::print;
 const EXAMPLES: &str = "\
 EXAMPLES:
   patchlock config
-      shows every setting with its meaning, range and source
+      shows the settings with their meaning, range and source
   patchlock config > my.toml
   patchlock track video.mp4 --box 120,80,64,48 --config my.toml
       changes settings; a file may also contain only the settings that differ
@@ -33,31 +33,37 @@ const NETWORK: &str = "
 /// Width of comment lines.
 const LINE: usize = 100;
 
-/// Prints all settings as TOML, with a comment for each
+/// Prints the settings as TOML, with a comment for each
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct ConfigArgs {
     #[arg(long, value_name = "NAME", default_value = "robust", help = PRESETS_SHOWN)]
     preset: String,
+
+    /// Also print the numbers of research, which change without notice from one version to the next
+    #[arg(long)]
+    research: bool,
 }
 
 /// Prints the configuration.
 pub fn run(args: &ConfigArgs) -> Result<()> {
     let config = settings::preset(&args.preset).map_err(Failure::from)?;
-    let text = commented(&config, &args.preset)?;
+    let text = commented(&config, &args.preset, args.research)?;
     Ok(print(&text)?)
 }
 
-/// The configuration as commented TOML: the settings that it reads. The text reads back to the same
-/// configuration.
-pub fn commented(config: &TrackerConfig, preset: &str) -> Result<String> {
+/// The configuration as commented TOML: the settings that it reads, and those of research if they are
+/// asked for. The text of a preset reads back to the same configuration.
+fn commented(config: &TrackerConfig, preset: &str, research: bool) -> Result<String> {
     let mut text = format!("# Patchlock {}: the preset \"{preset}\".\n", env!("CARGO_PKG_VERSION"));
     text += "# Change values in this file and use it with: patchlock track ... --config FILE\n";
     if matches!(config.method, Method::Network(_)) {
         text += NETWORK;
     }
     let (mut group, mut source) = ("", "");
-    for parameter in PARAMETERS.iter().filter(|row| config.reads(row)) {
+    let is_listed =
+        |row: &&Parameter| config.reads(row) && (research || row.is_stable_for(&config.method));
+    for parameter in PARAMETERS.iter().filter(is_listed) {
         if parameter.group != group {
             group = parameter.group;
             let method = config.method.name();
@@ -95,19 +101,25 @@ fn comment(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use patchlock::{Parameter, Preset};
+    use patchlock::Preset;
 
     #[test]
     fn printed_presets_parse_back_to_the_same_configuration() {
-        for preset in Preset::ALL {
+        for (preset, research) in
+            Preset::ALL.into_iter().flat_map(|preset| [(preset, false), (preset, true)])
+        {
             let config = TrackerConfig::from(preset);
-            let text = commented(&config, preset.name()).expect("prints");
+            let text = commented(&config, preset.name(), research).expect("prints");
             let back: TrackerConfig = toml::from_str(&text).expect("reads");
             assert_eq!(back, config);
             let settings = text.lines().filter(|line| !line.starts_with(['#', '[']));
             let settings = settings.filter(|line| !line.is_empty()).count();
-            let used = PARAMETERS.iter().filter(|row| config.reads(row)).count();
+            let used = |row: &&Parameter| {
+                config.reads(row) && (research || row.is_stable_for(&config.method))
+            };
+            let used = PARAMETERS.iter().filter(used).count();
             assert_eq!(settings, used, "every setting that is read is there, and no other");
+            assert!(research || preset != Preset::Robust || used <= 25, "{used}");
             assert!(text.lines().all(|line| line.len() <= LINE + 20), "{text}");
         }
     }

@@ -58,8 +58,7 @@ absence. In yolo, yolo-obb and voc these frames are left out. If the row has no
 box either, there is no line in mot and no annotation in coco. cvat and
 label-studio mark frames without a row like those without a box: the tools show
 each target in the frames in which it has a box, and in no other. Without a
-project or --images, the number of frames of the clip is not known, and cvat has
-a frame after the last box; CVAT refuses the file if the clip has none.
+project or --images, the clip ends with the last row.
 
 With --all the output is a folder. Class ids agree in all formats: they follow
 the list of labels. coco has annotations/instances_train.json and images, yolo
@@ -254,26 +253,11 @@ fn export_track(args: &ExportArgs, track: &Track, labels: Vec<String>) -> Result
         Ok(files) => {
             let lost = if options.format.leaves_out_lost() { track.lost_boxes() } else { 0 };
             conclude(args, track, files, lost);
-            if let Some(frame) = assumed_frame(&options, track) {
-                say(&format!(
-                    "the number of frames of the clip is not known: the file has a frame {frame}, counted \
-                     from 0, without targets, and CVAT refuses it if the clip has no such frame; give --images"
-                ));
-            }
         }
         Err(_) if stopped() => return Err(interrupted("stopped; nothing was written").into()),
         Err(error) => return Err(Failure::from(error).into()),
     }
     Ok(())
-}
-
-/// The frame after the last box, in a file that has one although the clip may not.
-fn assumed_frame(options: &Options, track: &Track) -> Option<usize> {
-    let is_cvat = matches!(options.format, Format::Cvat | Format::CvatObb);
-    let is_known = options.images.is_some() || track.clip_frames().is_some();
-    let last = track.frames().last().copied()?;
-    let mut of_last = track.entries().iter().filter(|entry| entry.frame == last);
-    (is_cvat && !is_known && of_last.any(|entry| entry.found().is_some())).then_some(last + 1)
 }
 
 /// Says what was written; `lost` boxes were not.

@@ -8,7 +8,7 @@ one. `MultiTracker` follows many targets. `Config` has their settings, `Network`
 `Project` reads and writes the annotations of `patchlock studio`.
 
 A frame (`FrameLike`) is a numpy array of shape (height, width), grey, or (height, width, 3), colour, of
-uint8, uint16 or float32; or a PIL image. float32 samples are usually from 0 to 1, but other ranges work too.
+uint8, uint16 or float32; or a PIL image. float32 samples have black at 0 and white at 1.
 Colour is red, green, blue unless `channels="bgr"` says otherwise.
 
 A box (`BoxLike`) is four numbers: left, top, width and height in pixels, counted from 0; fractions are

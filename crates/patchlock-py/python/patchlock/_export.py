@@ -44,8 +44,7 @@ def export(
     `status`, in `"cvat"` as outside, in `"label-studio"` by the end of a stretch, in `"lasot"` as full
     occlusion, in `"got10k"` as absence. `"yolo"`, `"yolo-obb"` and `"voc"` have no such mark, so these frames are
     left out. In `"cvat"` and `"label-studio"`, frames in which a target has no box are marked like those in which
-    it is lost. Without `images`, the number of frames is not known, and `"cvat"` has a frame after the last box;
-    CVAT refuses the file if the clip has none.
+    it is lost. Without `images`, the clip ends with the last frame of the track.
 
     Args:
         track: Estimates of one target, as `track` and `Tracker` return them; or of many targets, one

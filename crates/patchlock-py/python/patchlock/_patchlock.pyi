@@ -118,16 +118,9 @@ class RobustConfig:
 
     search: float
     """Side of the search window, in roots of the target's area. Allowed: 1.5 to 20."""
-    label_width: float
-    """Standard deviation of the filter's label, in roots of the target's area. Allowed: 0.01 to 1.
-    """
     temporal: float
     """How strongly the filter is drawn to the one before; larger values learn more slowly. Allowed:
     0 to 1000000.
-    """
-    penalty: float
-    """How closely the second iteration of learning follows the masked filter of the first. Allowed:
-    0.001 to 10.
     """
     patch: float
     """Side of the patch that the search window is resampled to, in pixels. Allowed: 32 to 512."""
@@ -137,113 +130,20 @@ class RobustConfig:
     """Number of scales that are tried on each frame; an odd number. Allowed: 3 to 99."""
     scale_step: float
     """Ratio of neighbouring scales. Allowed: 1.001 to 1.2."""
-    scale_label_width: float
-    """Standard deviation of the scale filter's label, in roots of the number of scales. Allowed:
-    0.01 to 1.
-    """
     scale_rate: float
     """Learning rate of the scale filter. Allowed: 0 to 1."""
-    scale_area: float
-    """Area of the crops of the scale filter, in pixels. Allowed: 64 to 4096."""
     rotate: bool
     """Whether rotation in the frame is followed. Allowed: true, false."""
-    rotation_below: float
-    """Rotation is measured while the memory's response is below this share of its mean. Allowed: 0
-    to 10.
-    """
-    rotation_least: float
-    """A measured rotation counts from this many radians. Allowed: 0 to 3.2."""
-    rotation_margin: float
-    """A rotation is accepted if tracking filters and memory together respond this many times
-    stronger. Allowed: 0 to 10.
-    """
-    rotation_rate: float
-    """Learning rate of the filter over rotation. Allowed: 0 to 1."""
-    rotation_clear: float
-    """A measured rotation is clear if the filter responds at least with this share of its mean
-    response. Allowed: 0 to 10.
-    """
-    rotation_most: float
-    """A measured rotation counts up to this many radians. Allowed: 0 to 3.2."""
-    rotation_mean: float
-    """Mean response of the filter over rotation before anything was measured. Allowed: 0 to 10."""
-    rotation_mean_rate: float
-    """Rate of the mean response of the filter over rotation. Allowed: 0 to 1."""
-    turning_least: float
-    """`rotation_least` while the target turns. Allowed: 0 to 3.2."""
-    turning_margin: float
-    """`rotation_margin` while the target turns. Allowed: 0 to 10."""
-    turning_rate: float
-    """`rotation_rate` while the target turns. Allowed: 0 to 1."""
-    turning_frames: int
-    """Number of frames without rotation after which the target no longer counts as turning.
-    Allowed: 0 to 10000.
-    """
     colour_weight: float
     """Weight of the map of the target's colours, relative to the memory's mean response. Allowed: 0
     to 10.
     """
-    colour_contrast: float
-    """The map of colours counts while the contrast of the target's colours to its surroundings is
-    at least this: 0 is none, 1 is full. Allowed: -1 to 1.
-    """
-    colour_rate: float
-    """Learning rate of the histogram of the target's colours. Allowed: 0 to 1."""
-    around_rate: float
-    """Learning rate of the histogram of the colours around the target. Allowed: 0 to 1."""
     memory_rate: float
     """Learning rate of the memory, which averages the tracking filters over sure frames. Allowed: 0
     to 1.
     """
-    sure: float
-    """A frame is sure while the memory's response is above this share of its recent value, or of
-    its mean if that is lower. Allowed: 0 to 10.
-    """
-    sure_visible: float
-    """No frame is sure below this part of the visible share on sure frames. Allowed: 0 to 10."""
-    sure_shown: float
-    """No frame is sure if less than this share of the target is reported as visible. Allowed: 0 to
-    1.
-    """
-    first_frames: int
-    """Number of first frames that count as sure whatever the memory responds. Allowed: 0 to 10000.
-    """
-    recent_rate: float
-    """Rate of the running means of the memory's response, the visible share and the contrast.
-    Allowed: 0 to 1.
-    """
-    elsewhere_most: float
-    """Upper limit of the memory's response away from the box, relative to its response at the box.
-    Allowed: 0 to 1000000.
-    """
-    lost_below: float
-    """A frame is doubtful if the memory's response is below this share of its mean and `lost_drop`
-    holds. Allowed: 0 to 10.
-    """
-    lost_drop: float
-    """A doubtful frame has a memory response below this share of its recent value. Allowed: 0 to
-    10.
-    """
     lost_after: int
     """The target is lost after this many consecutive doubtful frames. Allowed: 1 to 10000."""
-    covered_visible: float
-    """The target may be covered below this part of the visible share on sure frames, if
-    `covered_elsewhere`, `covered_contrast` and `covered_below` hold too. Allowed: 0 to 10.
-    """
-    covered_elsewhere: float
-    """The target may be covered if the memory responds away from the box with more than this share
-    of its response at the box. Allowed: 0 to 10.
-    """
-    covered_contrast: float
-    """The target may be covered if the contrast of its colours is below this share of the contrast
-    on sure frames. Allowed: 0 to 10.
-    """
-    covered_below: float
-    """The target may be covered if the memory's response is below this share of its mean. Allowed:
-    0 to 10.
-    """
-    covered_after: int
-    """The target is lost after this many consecutive covered frames. Allowed: 1 to 10000."""
     found_above: float
     """While the target is lost, a place counts as found if the memory's response is above this
     share of its mean. Allowed: 0 to 10.
@@ -256,31 +156,10 @@ class RobustConfig:
     """A place that was found is not accepted if the mean share of the target that was reported as
     visible on the last frames is below this. Allowed: 0 to 1.
     """
-    unseen_below: float
-    """The target counts as unseen where it is followed, and is searched for elsewhere, if the mean
-    share that was reported as visible on the last frames is below this and the memory's response
-    is below `found_above`. Allowed: 0 to 1.
-    """
-    unseen_rate: float
-    """Rate of the mean share that was reported as visible on the last frames. Allowed: 0 to 1."""
-    seen_again: float
-    """An unseen target is seen again if the mean share is above this and `seen_certainty` holds; a
-    place that is found elsewhere has to show at least this share of it. Allowed: 0 to 1.
-    """
-    seen_certainty: float
-    """An unseen target is seen again only if the memory's response is above this share of its mean.
-    Allowed: 0 to 10.
-    """
-    gone_below: float
-    """An unseen target is no longer followed after `lost_after` consecutive frames with a response
-    of the memory below this share of its mean. Allowed: 0 to 10.
-    """
     search_windows: int
     """Number of windows that are searched on each frame while the target is lost. Allowed: 1 to
     1000.
     """
-    search_overlap: float
-    """Share of their side by which the windows of the search overlap. Allowed: 0 to 0.9."""
     search_larger: float
     """Size of the target in the second of four passes of the search over the frame, relative to the
     last one. Allowed: 0.1 to 10.
@@ -288,44 +167,6 @@ class RobustConfig:
     search_smaller: float
     """Size of the target in the third of four passes of the search over the frame, relative to the
     last one. Allowed: 0.1 to 10.
-    """
-    found_promising: float
-    """A peak in a window of the search is examined if it is above this share of `found_above`.
-    Allowed: 0 to 10.
-    """
-    found_larger: float
-    """Larger size that is tried at a place that was found, relative to the last one. Allowed: 0.1
-    to 10.
-    """
-    found_smaller: float
-    """Smaller size that is tried at a place that was found, relative to the last one. Allowed: 0.1
-    to 10.
-    """
-    scale_below: float
-    """The scale filter learns only if the memory's strongest response away from the box, relative
-    to its response at the box, exceeds the visible share by less than this. Allowed: -1 to 10.
-    """
-    score_bias: float
-    """Constant term of the score, a logistic function of a weighted sum. Allowed: -100 to 100."""
-    score_rate: float
-    """Rate of the mean visible share in the score; the share is 0 while the target is lost.
-    Allowed: 0 to 1.
-    """
-    score_memory_rate: float
-    """Rate of the means of what the memory says in the score. Allowed: 0 to 1."""
-    score_visible: float
-    """Weight of the mean visible share in the score. Allowed: -100 to 100."""
-    score_elsewhere: float
-    """Weight in the score of the memory's strongest response away from the box, relative to its
-    response at the box, as a mean over the last frames. Allowed: -100 to 100.
-    """
-    score_contrast: float
-    """Weight in the score of how well colours tell the target from what is around it, relative to
-    the first frame. Allowed: -100 to 100.
-    """
-    score_early: float
-    """Weight in the score of how sure the memory was when it had seen no more than the first sure
-    frames, as a mean over the last frames. Allowed: -100 to 100.
     """
     shown_epsilon: float
     """A patch is reported as visible, and counts for score and status, when the squared error of
@@ -344,10 +185,6 @@ class RobustConfig:
     network_fit: float
     """Share of the difference between the box of the first frame and what the network sees there,
     on a logarithmic scale, that is taken out of all its later boxes. Allowed: 0 to 1.
-    """
-    agree_overlap: float
-    """Default tracker and network agree while their boxes overlap by more than this. Allowed: 0 to
-    1.
     """
     network_visible: float
     """With a network, the target counts as tracked if at least this share of it is visible and both
@@ -1535,7 +1372,7 @@ def read_truth(path: str | os.PathLike[str]) -> list[tuple[float, float, float, 
     """
 
 
-def parameters() -> list[tuple[str, str, int | float | str | bool, str, str, str]]:
+def parameters(research: bool = False) -> list[tuple[str, str, int | float | str | bool, str, str, str]]:
     """The rows of the table of settings: group, name, default, allowed values, source, purpose."""
 
 

@@ -85,6 +85,10 @@ class Parameter(NamedTuple):
     """What the setting does."""
 
 
-def parameters() -> list[Parameter]:
-    """The table of all settings, one row per setting, group by group."""
-    return [Parameter(*row) for row in _patchlock.parameters()]
+def parameters(*, research: bool = False) -> list[Parameter]:
+    """The table of the settings, one row per setting, group by group.
+
+    Args:
+        research: Also the numbers of research, which change without notice from one version to the next.
+    """
+    return [Parameter(*row) for row in _patchlock.parameters(research)]

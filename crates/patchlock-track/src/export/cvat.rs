@@ -47,12 +47,11 @@ pub fn text(job: &Job<'_>, rotated: bool) -> Result<String, Error> {
     Ok(xml.into_text())
 }
 
-/// The number of frames of the clip. If it is not known, there is one after the last box, so that the
-/// target can be outside in it.
+/// The number of frames of the clip. If it is not known, the clip ends with the last row: CVAT refuses
+/// a file with a frame that its clip does not have.
 fn length(job: &Job<'_>) -> usize {
-    let end = |entry: &Entry| entry.frame + 1 + usize::from(entry.found().is_some());
-    let ends = job.track.entries().iter().map(end);
-    job.frames.count.unwrap_or_else(|| ends.max().unwrap_or(0))
+    let last = job.track.entries().iter().map(|entry| entry.frame).max();
+    job.frames.count.unwrap_or_else(|| last.map_or(0, |last| last + 1))
 }
 
 /// Writes the name, the number of frames, the labels and the size of the frames.

@@ -169,6 +169,16 @@ impl Parameter {
         PARAMETERS.iter().find(|row| row.name == name)
     }
 
+    /// Whether users may rely on the setting with this method. The other ones are for research: they
+    /// change without notice.
+    pub fn is_stable_for(&self, method: &Method) -> bool {
+        match (method, self.group) {
+            (Method::Robust(_), "") => true,
+            (Method::Robust(_), _) => robust::STABLE.contains(&self.name),
+            (Method::Paper(_) | Method::Network(_), _) => true,
+        }
+    }
+
     /// Whether this method uses the setting.
     pub fn is_used_by(&self, method: &Method) -> bool {
         match self.group {

@@ -198,6 +198,39 @@ group! {
     }
 }
 
+/// The settings that a user has a reason to change. The other ones are for research: they change
+/// without notice.
+pub(super) const STABLE: [&str; 24] = [
+    // How far it looks, how fine, and how fast it learns.
+    "search",
+    "patch",
+    "least_side",
+    "temporal",
+    "memory_rate",
+    "colour_weight",
+    // Changes of size and rotation.
+    "scale_count",
+    "scale_step",
+    "scale_rate",
+    "rotate",
+    // Losses and the search.
+    "lost_after",
+    "found_above",
+    "trial",
+    "trial_shown",
+    "search_windows",
+    "search_larger",
+    "search_smaller",
+    // What is reported.
+    "shown_epsilon",
+    "score_tracked",
+    "visible_tracked",
+    "score_lost",
+    "network_fit",
+    "network_visible",
+    "network_score_lost",
+];
+
 impl RobustConfig {
     /// The parameters of the patch model. Its weighing of candidates is not used.
     pub(crate) fn patch_params(&self) -> PatchParams {

@@ -5,7 +5,7 @@
 //! The gain over `rustfft`, one plane after the other, with 36 and 50 cells on a side (AMD EPYC with
 //! AVX2, `cargo bench -p patchlock --bench transforms`, 2026-11-25, medians): all channels 65 and
 //! 91 us against 115 and 272 us, and masking a filter 71 and 93 us against 210 and 515 us. With AVX2
-//! they take 59 % and 55 % of the plain instructions (`benchmarks/record/2026-11-25-vectors.md`).
+//! they take 59 % and 55 % of the plain instructions (`benchmarks/record/speed.md`).
 //!
 //! Bins are those of [`Fourier`](super::fourier::Fourier), which transforms one plane at a time and
 //! is what the tests hold this to. Two planes that are real are transformed as one that is complex.

@@ -6,7 +6,7 @@
 //! van de Weijer et al. (2009) without a table.
 //!
 //! Plain loops over the cells of a row. With AVX2 they take 12 % of the plain instructions, for
-//! luma alone 52 % (`benchmarks/record/2026-11-25-vectors.md`).
+//! luma alone 52 % (`benchmarks/record/speed.md`).
 
 use crate::correlation::fhog::CELL;
 use crate::numeric::instructions::Instructions;

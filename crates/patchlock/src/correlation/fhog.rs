@@ -4,7 +4,7 @@
 //! orientation and for four cells.
 //!
 //! Plain loops over arrays of fixed lengths. With AVX2 they take 36 % of the plain instructions
-//! (`benchmarks/record/2026-11-25-vectors.md`).
+//! (`benchmarks/record/speed.md`).
 
 use crate::numeric::instructions::Instructions;
 use crate::vision::crop::Planes;

@@ -8,7 +8,7 @@
 //! direction method of multipliers bring them together.
 //!
 //! Plain loops over bins with the sums of `lanes`. With AVX2, learning takes 22 % of the plain
-//! instructions (`benchmarks/record/2026-11-25-vectors.md`).
+//! instructions (`benchmarks/record/speed.md`).
 
 use super::batch::{BatchScratch, Mask};
 use super::fourier::{Complex32, Fourier, FourierScratch};

@@ -3,7 +3,7 @@
 //! The transforms use arrays of eight, because pulp's vectors have 4, 8 or 16 values, depending on
 //! the processor. The compiler makes one AVX2 instruction of eight operations: a transform takes 55
 //! to 59 % of the plain instructions. The sums over channels use pulp's vectors, in blocks of a
-//! fixed length; they take 7 % (`benchmarks/record/2026-11-25-vectors.md`).
+//! fixed length; they take 7 % (`benchmarks/record/speed.md`).
 
 use super::fourier::Complex32;
 use crate::numeric::instructions::Instructions;

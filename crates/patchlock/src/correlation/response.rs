@@ -1,7 +1,7 @@
 //! The response of a filter to a sample, and the place of its peak between cells.
 //!
 //! With AVX2 the sum over the channels takes 7 % of the plain instructions, the rest 79 %
-//! (`benchmarks/record/2026-11-25-vectors.md`).
+//! (`benchmarks/record/speed.md`).
 
 use super::batch::{BatchScratch, Mask};
 use super::fourier::{Complex32, Fourier, FourierScratch};

@@ -7,7 +7,7 @@
 //! become.
 //!
 //! With AVX2, finding and learning take 57 % and 54 % of the plain instructions
-//! (`benchmarks/record/2026-11-25-vectors.md`).
+//! (`benchmarks/record/speed.md`).
 
 use super::fhog::{self, CELL, FhogScratch, fhog};
 use super::fourier::{Complex32, SavedSpectrum};

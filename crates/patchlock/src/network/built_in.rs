@@ -1,5 +1,5 @@
 //! The built-in runtime: `rten` in pure Rust, with a kernel of our own for depthwise convolutions,
-//! which take it some 80 % of the time (benchmarks/record/2026-11-25-network.md).
+//! which take it some 80 % of the time (benchmarks/record/committee.md).
 //!
 //! A graph is cut at its depthwise convolutions. Everything between them is a graph of its own for
 //! `rten`. Operators that do not depend on each other's convolutions are in one graph, so that two

@@ -11,7 +11,7 @@ use crate::vision::geometry::{BoundingBox, Point};
 /// Where the target is, in pixels of the frame.
 ///
 /// The networks were trained with `x + w / 2` as the centre of a box and as a column of the frame,
-/// half a pixel to the right of where the box is. So it is here; see `benchmarks/record`.
+/// half a pixel to the right of where the box is. So it is here; see `benchmarks/record/committee.md`.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Place {
     /// The centre.

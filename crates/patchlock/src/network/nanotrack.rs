@@ -36,7 +36,7 @@ struct Version {
     /// How fast the size follows.
     rate: f64,
     /// Slope and offset of the certainty's logit over that of the score: fitted on 40 targets, one
-    /// half tried with the numbers of the other (benchmarks/record/2026-11-25-network.md).
+    /// half tried with the numbers of the other (benchmarks/record/committee.md).
     certainty: [f64; 2],
 }
 

@@ -1,7 +1,7 @@
 //! Inner products that give the same bits on every processor.
 //!
 //! With AVX2, `singular`, which uses [`dot_wide`], takes 49 % of the plain instructions
-//! (`benchmarks/record/2026-11-25-vectors.md`).
+//! (`benchmarks/record/speed.md`).
 
 use pulp::{Simd, bytemuck};
 

@@ -13,7 +13,7 @@
 //! length, which [`Instructions::dispatch`] compiles for each set. Where a sum must have one order,
 //! or vectors must stay in registers, it uses pulp's vectors: the sums over channels, `dot_wide`,
 //! the Gram matrix and the solver. The head of each module says what that saves, measured in
-//! `benchmarks/record/2026-11-25-vectors.md`.
+//! `benchmarks/record/speed.md`.
 
 use crate::error::Error;
 #[cfg(target_arch = "aarch64")]

@@ -5,7 +5,7 @@
 //! pairs are orthogonal, the columns are the left singular vectors times the singular values. Even
 //! the smallest singular values have full relative accuracy.
 //!
-//! With AVX2 it takes 49 % of the plain instructions (`benchmarks/record/2026-11-25-vectors.md`).
+//! With AVX2 it takes 49 % of the plain instructions (`benchmarks/record/speed.md`).
 
 use crate::numeric::dot_wide;
 use crate::numeric::instructions::Instructions;

@@ -5,7 +5,7 @@
 //! result pixel, only every so many rows and columns of the frame are read.
 //!
 //! Plain loops over rows. With AVX2 they take 74 % of the plain instructions
-//! (`benchmarks/record/2026-11-25-vectors.md`).
+//! (`benchmarks/record/speed.md`).
 
 use super::frame::{Frame, RowTaps};
 use super::geometry::Point;
@@ -354,6 +354,33 @@ mod tests {
         let mut out = Planes::default();
         crop.cut(frame, channels, &mut CropScratch::default(), &mut out);
         out
+    }
+
+    proptest::proptest! {
+        #[test]
+        fn neither_the_order_of_colours_nor_the_stride_changes_a_bit(
+            rgb in proptest::collection::vec(proptest::num::u8::ANY, 3 * 9 * 7),
+            scale in 0.3f64..6.0,
+            centre in [-2.0f64..11.0, -2.0f64..9.0],
+            rotation in 0.0f64..1.0,
+        ) {
+            let crop = Crop { centre, scale: [scale; 2], size: [6, 5], rotation };
+            let swapped: Vec<u8> =
+                rgb.as_chunks().0.iter().flat_map(|&[r, g, b]: &[u8; 3]| [b, g, r]).collect();
+            let padded: Vec<u8> =
+                swapped.chunks(3 * 9).flat_map(|row| [row, &[255; 4]].concat()).collect();
+            let frame = Frame::rgb8(&rgb, 9, 7).unwrap();
+            let bgr = Frame::rgb8(&swapped, 9, 7).unwrap().bgr();
+            let wide = Frame::rgb8(&padded, 9, 7).unwrap().bgr().with_stride(3 * 9 + 4).unwrap();
+            for channels in [1, 3] {
+                let expected = cut(&frame, channels, crop).samples;
+                for other in [bgr, wide] {
+                    let samples = cut(&other, channels, crop).samples;
+                    let same = samples.iter().zip(&expected).all(|(a, b)| a.to_bits() == b.to_bits());
+                    proptest::prop_assert!(same, "{channels} channels");
+                }
+            }
+        }
     }
 
     #[test]

@@ -6,8 +6,9 @@ use super::bilinear::Tap;
 use crate::Error;
 use serde::{Deserialize, Serialize};
 
-/// The maximum magnitude of an `f32` sample: squares and sums of such samples stay finite.
-const MAX_SAMPLE: f32 = 1e6;
+/// The allowed `f32` samples: black is 0 and white is 1, and resampled pictures exceed that a little.
+/// Samples from 0 to 255 would be tracked to nonsense.
+const FLOATS: std::ops::RangeInclusive<f32> = -0.5..=1.5;
 
 /// The weights of red, green and blue in grey.
 const LUMA: [f32; 3] = [0.2989, 0.5870, 0.1140];
@@ -23,7 +24,7 @@ trait Sample: Copy + std::fmt::Debug {
     /// bits.
     fn level(self) -> f32;
 
-    /// Whether the sample is finite and its magnitude is allowed.
+    /// Whether the sample is allowed.
     fn is_usable(self) -> bool {
         true
     }
@@ -65,7 +66,7 @@ impl Sample for f32 {
     }
 
     fn is_usable(self) -> bool {
-        self.abs() <= MAX_SAMPLE
+        FLOATS.contains(&self)
     }
 }
 
@@ -183,9 +184,8 @@ impl<'a> Frame<'a> {
         Self::contiguous(Samples::U16(samples), Colours::Rgb, width, height)
     }
 
-    /// Grey floats, usually in `[0, 1]`. Other ranges also work, because candidates are normalised.
-    /// All samples must be finite and at most 1e6 in magnitude, which is checked when the frame is
-    /// used.
+    /// Grey floats, black at 0 and white at 1. Samples from -0.5 to 1.5 are allowed, which is checked
+    /// when the frame is used.
     ///
     /// # Errors
     /// As [`Frame::grey8`].
@@ -304,7 +304,7 @@ impl<'a> Frame<'a> {
     /// Checks all samples of an `f32` frame.
     ///
     /// # Errors
-    /// [`Error::Frame`] if a sample is not finite or too large.
+    /// [`Error::Frame`] if a sample is not allowed.
     pub(crate) fn check_samples(&self) -> Result<(), Error> {
         let Samples::F32(samples) = self.samples else { return Ok(()) };
         let row = self.colours.channels() * self.width;
@@ -352,9 +352,12 @@ impl<'a> Frame<'a> {
                 }
             }
             (3, _) => {
-                let weights = [0, 1, 2].map(|k| weight * LUMA[self.place_of(k)]);
+                let weights = LUMA.map(|share| weight * share);
+                // One order of the sum for both orders of the colours: the same bits.
+                let [red, blue] = [self.place_of(0), self.place_of(2)];
                 for (out, pixel) in out.iter_mut().zip(pixels) {
-                    *out += (0..3).map(|k| weights[k] * pixel[k].level()).sum::<f32>();
+                    let rgb = [pixel[red].level(), pixel[1].level(), pixel[blue].level()];
+                    *out += (0..3).map(|k| weights[k] * rgb[k]).sum::<f32>();
                 }
             }
             _ => {
@@ -369,9 +372,11 @@ impl<'a> Frame<'a> {
         let Some(k) = row.iter().position(|sample| !sample.is_usable()) else { return Ok(()) };
         Err(Error::Frame(format!(
             "the sample at x {}, y {y} is {:?}; \
-             all must be finite and at most {MAX_SAMPLE:e} in magnitude",
+             floats have black at 0 and white at 1; allowed: {:?} to {:?}",
             k / self.colours.channels(),
-            row[k]
+            row[k],
+            FLOATS.start(),
+            FLOATS.end()
         )))
     }
 
@@ -452,7 +457,7 @@ impl GreyImage {
     /// Converts the frame to grey, reusing the buffer.
     ///
     /// # Errors
-    /// [`Error::Frame`] if an `f32` sample is not finite or too large.
+    /// [`Error::Frame`] if an `f32` sample is not allowed.
     pub fn fill(&mut self, frame: &Frame<'_>) -> Result<(), Error> {
         self.width = frame.width;
         self.height = frame.height;
@@ -554,8 +559,8 @@ mod tests {
         let bad = [0.0, f32::NAN];
         let error = GreyImage::default().fill(&Frame::grey32f(&bad, 1, 2).unwrap()).unwrap_err();
         assert!(error.to_string().contains("x 0, y 1 is NaN"), "{error}");
-        let bad = [0.0, 0.0, 0.0, 0.0, 2e6, 0.0];
+        let bad = [0.0, 0.0, 0.0, 0.0, 200.0, 0.0];
         let error = GreyImage::default().fill(&Frame::rgb32f(&bad, 2, 1).unwrap()).unwrap_err();
-        assert!(error.to_string().contains("x 1, y 0 is 2000000.0"), "{error}");
+        assert!(error.to_string().contains("x 1, y 0 is 200.0"), "{error}");
     }
 }

@@ -3,7 +3,7 @@
 //!
 //! Plain loops. A template is normalised in 62 % of the time of plain instructions with AVX2 and in
 //! 41 % with AVX-512; patches of 16 x 16 are cut in 72 % and 55 %, those of 8 x 8 in 101 % and 81 %
-//! (`benchmarks/record/2026-11-25-vectors.md`).
+//! (`benchmarks/record/speed.md`).
 
 use crate::numeric::{dot, instructions::Instructions};
 use pulp::{Simd, WithSimd};

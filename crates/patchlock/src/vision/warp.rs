@@ -6,7 +6,7 @@
 //! (OpenCV's `BORDER_CONSTANT`).
 //!
 //! Plain loops over sixteen samples. With AVX2 they take 75 % of the plain instructions and 83 % of
-//! the time (`benchmarks/record/2026-11-25-vectors.md`).
+//! the time (`benchmarks/record/speed.md`).
 
 use crate::numeric::instructions::Instructions;
 use crate::vision::frame::GreyImage;

@@ -2,7 +2,7 @@
 
 use crate::methods::{all, draws_boxes, learning_early, paper};
 use crate::sequence::{OCCLUDED, SIMPLE, bits};
-use patchlock::{Estimate, FrameView, Gamma, Method, Scales, TrackerConfig};
+use patchlock::{Estimate, Frame, FrameView, Gamma, Method, Scales, Tracker, TrackerConfig};
 use std::process::Command;
 
 const FRAMES: std::ops::Range<usize> = 0..24;
@@ -23,6 +23,38 @@ fn on_any_number_of_threads() {
         }
         // In the global thread pool.
         assert_eq!(one, SIMPLE.track(&config, FRAMES));
+    }
+}
+
+#[test]
+fn in_any_layout_of_the_same_pixels() {
+    let swapped = |rgb: &[u8]| -> Vec<u8> {
+        rgb.as_chunks().0.iter().flat_map(|&[r, g, b]: &[u8; 3]| [b, g, r]).collect()
+    };
+    let padded = |rgb: &[u8], width: usize| -> Vec<u8> {
+        let row = |row: &[u8]| [row, &[7; 5]].concat();
+        rgb.chunks(3 * width).flat_map(row).collect()
+    };
+    for config in all() {
+        let expected = SIMPLE.track(&config, 0..12);
+        for (is_bgr, is_padded) in [(true, false), (false, true), (true, true)] {
+            let (width, height) = (SIMPLE.width(), SIMPLE.height());
+            let pixels = |k: usize| {
+                let rgb = SIMPLE.rgb(k);
+                let own = if is_bgr { swapped(rgb) } else { rgb.to_vec() };
+                if is_padded { padded(&own, width) } else { own }
+            };
+            let all: Vec<Vec<u8>> = (0..12).map(pixels).collect();
+            let frame = |k: usize| {
+                let frame = Frame::rgb8(&all[k], width, height).unwrap();
+                let frame = if is_bgr { frame.bgr() } else { frame };
+                frame.with_stride(3 * width + if is_padded { 5 } else { 0 }).unwrap()
+            };
+            let mut tracker = Tracker::start(config.clone(), &frame(0), SIMPLE.truth(0)).unwrap();
+            for (k, expected) in (1..12).zip(&expected) {
+                assert_eq!(tracker.update(&frame(k)).unwrap(), expected, "{is_bgr} {is_padded}");
+            }
+        }
     }
 }
 

@@ -5,7 +5,7 @@
 //! The product of two `f32` numbers is exact in `f64`, so fusing it with the addition changes
 //! nothing: the bits are the same with all instructions.
 //!
-//! With AVX2 it takes 31 % of the plain instructions (`benchmarks/record/2026-11-25-vectors.md`).
+//! With AVX2 it takes 31 % of the plain instructions (`benchmarks/record/speed.md`).
 
 use super::dictionary::LANES;
 use crate::numeric::instructions::{Instructions, is_plain};

@@ -13,7 +13,7 @@
 //! to about a hundred iterations.
 //!
 //! Plain loops and `dot_wide`. With AVX2 they take 44 % of the plain instructions
-//! (`benchmarks/record/2026-11-25-vectors.md`).
+//! (`benchmarks/record/speed.md`).
 
 use crate::numeric::dot_wide;
 use crate::numeric::instructions::Instructions;

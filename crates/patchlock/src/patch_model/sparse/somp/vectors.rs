@@ -3,7 +3,7 @@
 //! The `f64` loops give the same bits on every processor, as [`dot_wide`] does.
 //!
 //! With AVX2 the solver, which this module serves, takes 38 % of the plain instructions, and
-//! preparing a location 29 % (`benchmarks/record/2026-11-25-vectors.md`).
+//! preparing a location 29 % (`benchmarks/record/speed.md`).
 
 use crate::numeric::instructions::is_plain;
 use crate::numeric::{dot_wide, dots_wide};
