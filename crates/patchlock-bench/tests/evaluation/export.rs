@@ -612,7 +612,6 @@ fn key_frames_are_sparse_and_keep_every_change() {
         [21, 1, 0],
         [25, 0, 0],
         [30, 0, 0],
-        [31, 1, 0],
     ];
     assert_eq!(boxes, expected);
 }

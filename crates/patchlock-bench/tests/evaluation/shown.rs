@@ -260,7 +260,7 @@ proptest! {
         let entries: Vec<Entry> = entries.collect();
         let expected = expected(&entries);
         prop_assume!(entries.iter().any(|entry| entry.bbox.is_some()));
-        let end = targets.iter().map(Vec::len).max().unwrap_or(0);
+        let end = entries.iter().map(|entry| entry.frame + 1).max().unwrap_or(0);
         let length = more.map(|more| end + more);
         let track = Track::new(entries).unwrap();
         let track = length.map_or(track.clone(), |length| track.in_clip(length));
