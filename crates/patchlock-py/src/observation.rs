@@ -39,7 +39,7 @@ pub struct RobustObservation {
     mean_early: f64,
     side: usize,
     cell: f64,
-    follower: Vec<f32>,
+    tracking_filter: Vec<f32>,
     memory: Vec<f32>,
 }
 
@@ -140,7 +140,7 @@ impl RobustObservation {
             mean_early: view.mean_early,
             side: view.side,
             cell: view.cell,
-            follower: view.follower.to_vec(),
+            tracking_filter: view.tracking_filter.to_vec(),
             memory: view.memory.to_vec(),
         }
     }
@@ -288,14 +288,14 @@ impl RobustObservation {
         self.cell
     }
 
-    /// The response of the follower, shape (side, side).
+    /// The response of the tracking filter, shape (side, side).
     ///
     /// The entry [0, 0] is the centre of the estimate; entries further on are displacements down and to the
     /// right, those beyond half the side up and to the left. `numpy.fft.fftshift` puts the centre into the
     /// middle.
     #[getter]
-    fn follower<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
-        Ok(square(self.side, self.follower.clone())?.to_pyarray(py))
+    fn tracking_filter<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
+        Ok(square(self.side, self.tracking_filter.clone())?.to_pyarray(py))
     }
 
     /// The memory's response, shape (side, side), in the same order.

@@ -170,7 +170,7 @@ def test_robust_shows_its_responses(scene, film):
         assert seen.certainty > 0.5
         # The window is a multiple of the target's size.
         assert seen.side * seen.cell > 2 * max(estimate.box.w, estimate.box.h)
-        for response in (seen.follower, seen.memory):
+        for response in (seen.tracking_filter, seen.memory):
             assert response.shape == (seen.side, seen.side) and response.dtype == np.float32
             # The estimate is where the filters respond most, within a cell.
             down, right = np.unravel_index(np.argmax(np.fft.fftshift(response)), response.shape)

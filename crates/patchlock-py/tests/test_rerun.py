@@ -95,10 +95,10 @@ def test_the_responses_of_robust(scene, film, tmp_path):
         estimate, seen = tracker.update_observed(frame)
         patchlock.rerun.log(estimate, observation=seen, recording=recording.stream)
     chunks = recording.chunks()
-    assert rows(chunks) == dict.fromkeys(ONE - {"frame"} | {"certainty", "follower", "memory"}, 3)
+    assert rows(chunks) == dict.fromkeys(ONE - {"frame"} | {"certainty", "tracking_filter", "memory"}, 3)
     assert column(chunks, "certainty", "Scalars:scalars")[3] == [seen.certainty]
-    shown = np.array(column(chunks, "follower", "Image:buffer")[3][0], np.uint8)
-    assert shown.argmax() == np.fft.fftshift(seen.follower).argmax()
+    shown = np.array(column(chunks, "tracking_filter", "Image:buffer")[3][0], np.uint8)
+    assert shown.argmax() == np.fft.fftshift(seen.tracking_filter).argmax()
 
 
 def test_the_cells_of_a_network(film, tmp_path):
@@ -122,7 +122,7 @@ def test_the_members_of_a_committee(film, tmp_path):
     patchlock.rerun.log(estimate, observation=seen, recording=recording.stream)
     chunks = recording.chunks()
     members = ["frame/robust", "frame/network", "frame/seen", "network/cells"]
-    members += [f"robust/{name}" for name in ("certainty", "follower", "memory")]
+    members += [f"robust/{name}" for name in ("certainty", "tracking_filter", "memory")]
     assert set(members) < set(rows(chunks))
     certainty = seen.observations["robust"].certainty
     assert column(chunks, "robust/certainty", "Scalars:scalars")[1] == [certainty]

@@ -19,9 +19,9 @@
 //! |---|---|
 //! | the whole | `robust` |
 //! | sample: window, patch, features, spectra | `robust::window`, `vision::crop`, `correlation::features` |
-//! | hypotheses of follower and memory, map of colours | `robust::{follower, memory, colours}` |
-//! | the place on this frame, its rotation and size | `robust::{locate, turn, size}` |
-//! | evidence: certainty, visible parts | `robust::{memory, visible}`, `patch_model` |
+//! | hypotheses of tracking filter and memory, map of colours | `robust::{tracking_filter, memory, colours}` |
+//! | the pose on this frame, its rotation and size | `robust::{locate, rotation, scale}` |
+//! | evidence: certainty, visible parts | `robust::{memory, occlusion}`, `patch_model` |
 //! | decision: phase, status, score, what learns | `robust::status` |
 //! | search after a loss | `robust::search` |
 //! | filters, responses, histograms | `correlation` |

@@ -184,8 +184,8 @@ fn each_real_network_follows() {
 
 /// The car grows a lot; the filters alone do not follow that to the end.
 #[test]
-fn a_second_follower_keeps_the_size() {
-    let test = "a_second_follower_keeps_the_size";
+fn a_network_keeps_the_size() {
+    let test = "a_network_keeps_the_size";
     let Some(data) = real(test, "otb-dev") else { return };
     let Some(folder) = model(test, "nanotrack-v3") else { return };
     if !slow(test, 8) {

@@ -927,8 +927,8 @@ class RobustObservation:
         """Side of a cell, in pixels of the frame."""
 
     @property
-    def follower(self) -> npt.NDArray[np.float32]:
-        """The response of the follower, shape (side, side).
+    def tracking_filter(self) -> npt.NDArray[np.float32]:
+        """The response of the tracking filter, shape (side, side).
 
         The entry [0, 0] is the centre of the estimate; entries further on are displacements down and to the
         right, those beyond half the side up and to the left. `numpy.fft.fftshift` puts the centre into the

@@ -73,7 +73,7 @@ def log(
     | entity | content |
     |---|---|
     | `<entity>/certainty` | how certain the memory is of the estimate, over time |
-    | `<entity>/follower`, `/memory` | their responses around the estimate, which is in the middle |
+    | `<entity>/tracking_filter`, `/memory` | their responses around the estimate, which is in the middle |
 
     A `NetworkObservation` adds:
 
@@ -172,7 +172,7 @@ def _of_observation(
 
     if isinstance(seen, RobustObservation):
         yield "certainty", rr.Scalars(seen.certainty)
-        yield "follower", rr.Image(_grey(np.fft.fftshift(seen.follower)))
+        yield "tracking_filter", rr.Image(_grey(np.fft.fftshift(seen.tracking_filter)))
         yield "memory", rr.Image(_grey(np.fft.fftshift(seen.memory)))
         return
     if isinstance(seen, NetworkObservation):

@@ -63,20 +63,20 @@ enum Weights {
 /// Buffers of a run.
 #[derive(Debug, Default)]
 pub struct PipelineScratch {
-    values: Vec<Held>,
+    values: Vec<TensorBuffer>,
     depthwise: DepthwiseScratch,
 }
 
 /// A value between two steps.
 #[derive(Debug, Default)]
-struct Held {
+struct TensorBuffer {
     /// Of `rten`.
     value: Option<Value>,
     /// Of our own kernel; empty if there is a value.
     samples: Vec<f32>,
 }
 
-impl Held {
+impl TensorBuffer {
     fn view<'a>(&'a self, shape: &'a [usize]) -> ValueView<'a> {
         match &self.value {
             Some(value) => value.as_view(),
@@ -87,7 +87,7 @@ impl Held {
 
 /// What is known of a value after a trial run.
 #[derive(Debug, Clone)]
-struct Known {
+struct NodeInfo {
     shape: Vec<usize>,
     element: i32,
 }
@@ -140,7 +140,7 @@ impl Pipeline {
         outputs: &mut [Vec<f32>],
     ) -> Result<(), NetworkError> {
         let PipelineScratch { values, depthwise } = scratch;
-        values.resize_with(self.shapes.len(), Held::default);
+        values.resize_with(self.shapes.len(), TensorBuffer::default);
         for (&slot, samples) in self.inputs.iter().zip(inputs) {
             values[slot].value = None;
             values[slot].samples.clear();
@@ -157,7 +157,7 @@ impl Pipeline {
                         Weights::Value(slot) => self.samples(values, *slot)?,
                     };
                     convolution.run((samples, weights), depthwise, &mut result);
-                    values[*output] = Held { value: None, samples: result };
+                    values[*output] = TensorBuffer { value: None, samples: result };
                 }
             }
         }
@@ -169,7 +169,11 @@ impl Pipeline {
     }
 
     /// The samples of a value.
-    fn samples<'a>(&self, values: &'a [Held], slot: usize) -> Result<&'a [f32], NetworkError> {
+    fn samples<'a>(
+        &self,
+        values: &'a [TensorBuffer],
+        slot: usize,
+    ) -> Result<&'a [f32], NetworkError> {
         match &values[slot].value {
             None => Ok(&values[slot].samples),
             Some(Value::FloatTensor(tensor)) => {
@@ -183,7 +187,7 @@ impl Pipeline {
         &self,
         operators: &Operators,
         pool: &Arc<ThreadPool>,
-        values: &mut [Held],
+        values: &mut [TensorBuffer],
     ) -> Result<(), NetworkError> {
         let Operators { model, inputs, outputs, numbers } = operators;
         let given = |&(id, slot): &(NodeId, usize)| {
@@ -278,7 +282,7 @@ fn load(file: Vec<u8>, optimize: bool) -> Result<Model, NetworkError> {
 fn try_out(
     graph: &CheckedGraph,
     inputs: &[&[usize]],
-) -> Result<HashMap<String, Known>, NetworkError> {
+) -> Result<HashMap<String, NodeInfo>, NetworkError> {
     let names: Vec<&str> = graph.inputs.iter().map(|input| input.name.as_str()).collect();
     let typed = |(name, shape): (&&str, &&[usize])| ValueInfo::new(name, FLOAT, shape);
     let typed: Vec<ValueInfo> = names.iter().zip(inputs).map(typed).collect();
@@ -308,7 +312,7 @@ fn try_out(
     }
     let known = |(name, value): (&str, Value)| {
         let element = if matches!(value, Value::FloatTensor(_)) { FLOAT } else { INT64 };
-        (name.to_owned(), Known { shape: value.as_view().shape().to_vec(), element })
+        (name.to_owned(), NodeInfo { shape: value.as_view().shape().to_vec(), element })
     };
     Ok(values.into_iter().map(known).collect())
 }
@@ -328,7 +332,7 @@ fn id(model: &Model, name: &str) -> Result<NodeId, NetworkError> {
 /// How a graph is cut into steps.
 struct Plan<'a> {
     graph: &'a CheckedGraph,
-    known: &'a HashMap<String, Known>,
+    known: &'a HashMap<String, NodeInfo>,
     /// The numbers of the values that go from one step to another.
     slots: BTreeMap<String, usize>,
 }
@@ -386,7 +390,7 @@ impl Plan<'_> {
             (Some(tensor), _) if tensor.data_type == FLOAT => {
                 tensor.dims.iter().map(|&length| length as usize).collect()
             }
-            (None, Some(Known { shape, element: FLOAT })) => shape.clone(),
+            (None, Some(NodeInfo { shape, element: FLOAT })) => shape.clone(),
             _ => return None,
         };
         Depthwise::of(node, image, &shape, bias)
@@ -407,7 +411,7 @@ impl Plan<'_> {
             return Ok(None);
         }
         let info = |&name: &&str| {
-            let Known { shape, element } = &self.known[name];
+            let NodeInfo { shape, element } = &self.known[name];
             ValueInfo::new(name, *element, shape)
         };
         let (inputs, outputs) =

@@ -1,6 +1,6 @@
 //! What a family of networks must be able to do. Each family is a file.
 
-use super::look::{Buffers, Look, Place, Settled};
+use super::predictions::{Buffers, CellPredictions, CentredBox, Detection};
 use crate::network_error::NetworkError;
 use crate::vision::frame::Frame;
 use std::fmt::Debug;
@@ -18,23 +18,23 @@ pub trait Family: Debug + Send + Sync {
         &self,
         frame: &Frame<'_>,
         border: [f32; 3],
-        place: Place,
+        place: CentredBox,
         buffers: &mut Buffers,
     ) -> Result<Vec<f32>, NetworkError>;
 
     /// The length of a template.
     fn template_length(&self) -> usize;
 
-    /// Looks for the target in the window around a place; the result is in `buffers.look`.
+    /// Looks for the target in the window around a place; the result is in `buffers.predictions`.
     ///
     /// # Errors
     /// The runtime's own.
-    fn look(
+    fn predict(
         &self,
         frame: &Frame<'_>,
         border: [f32; 3],
         template: &[f32],
-        place: Place,
+        place: CentredBox,
         buffers: &mut Buffers,
     ) -> Result<(), NetworkError>;
 
@@ -43,5 +43,5 @@ pub trait Family: Debug + Send + Sync {
     fn odds(&self, logit: f64) -> f64;
 
     /// The new place, by the rules that were published with the network.
-    fn settle(&self, look: &Look, last: Place) -> Settled;
+    fn detect(&self, predictions: &CellPredictions, last: CentredBox) -> Detection;
 }

@@ -4,7 +4,7 @@ use super::graph::CheckedGraph;
 use super::known::KnownModel;
 use super::recognise::{FAMILIES, described, recognise};
 use super::runtime::Runtime;
-use super::{Loaded, Network};
+use super::{Network, NetworkParts};
 use crate::network_error::NetworkError;
 use sha2::{Digest, Sha256};
 use std::sync::Arc;
@@ -98,7 +98,7 @@ impl Network {
         let hash = hexadecimal(hasher);
         let graphs: Vec<CheckedGraph> = parts.into_iter().map(|(_, _, graph, _)| graph).collect();
         let network = (family.build)(&graphs, runtime)?;
-        Ok(Self(Arc::new(Loaded { family: network, hash, runtime: runtime.clone() })))
+        Ok(Self(Arc::new(NetworkParts { family: network, hash, runtime: runtime.clone() })))
     }
 
     /// What runs it.

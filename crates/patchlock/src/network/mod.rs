@@ -20,13 +20,13 @@ mod graph;
 mod known;
 #[cfg(feature = "network")]
 mod load;
-pub(crate) mod look;
 #[cfg(feature = "network")]
 mod nanotrack;
 #[cfg(feature = "network")]
 mod onnx;
 #[cfg(feature = "onnxruntime")]
 mod onnxruntime;
+pub(crate) mod predictions;
 #[cfg(feature = "network")]
 mod program;
 #[cfg(feature = "network")]
@@ -49,7 +49,7 @@ use std::sync::Arc;
 /// A network that follows a target: a value made from the bytes of its ONNX files, loaded once for
 /// any number of targets and trackers. A clone is the same network.
 ///
-/// It is recognised by its inputs and outputs. Known are NanoTrack (versions 2 and 3, a backbone
+/// It is recognised by its inputs and outputs. NodeInfo are NanoTrack (versions 2 and 3, a backbone
 /// and a head) and VitTrack (one file). The feature `network` has the functions that make one.
 ///
 /// ```no_run
@@ -63,9 +63,9 @@ use std::sync::Arc;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone)]
-pub struct Network(Arc<Loaded>);
+pub struct Network(Arc<NetworkParts>);
 
-struct Loaded {
+struct NetworkParts {
     family: Box<dyn Family>,
     hash: String,
     #[cfg(feature = "network")]

@@ -6,7 +6,9 @@
 
 use super::family::Family;
 use super::graph::CheckedGraph;
-use super::look::{Buffers, Look, Place, Settled, Window, change, hann, hann_over, largest};
+use super::predictions::{
+    Buffers, CellPredictions, CentredBox, Detection, Window, change, hann, hann_over, largest,
+};
 use super::program::Program;
 use super::recognise::{Part, Recogniser};
 use super::runtime::Runtime;
@@ -137,7 +139,7 @@ impl Family for NanoTrack {
         &self,
         frame: &Frame<'_>,
         border: [f32; 3],
-        place: Place,
+        place: CentredBox,
         buffers: &mut Buffers,
     ) -> Result<Vec<f32>, NetworkError> {
         let side = context(place.size);
@@ -151,22 +153,22 @@ impl Family for NanoTrack {
         self.template.output_shapes()[0].iter().product()
     }
 
-    fn look(
+    fn predict(
         &self,
         frame: &Frame<'_>,
         border: [f32; 3],
         template: &[f32],
-        place: Place,
+        place: CentredBox,
         buffers: &mut Buffers,
     ) -> Result<(), NetworkError> {
         let side = context(place.size) * SEARCH as f64 / TEMPLATE as f64;
         let window = Window { centre: place.centre, side, pixels: SEARCH };
         window.cut(frame, border, buffers);
-        let Buffers { planes, program, features, outputs, look, .. } = buffers;
+        let Buffers { planes, program, features, outputs, predictions, .. } = buffers;
         self.search.run(&[&planes.samples], program, features)?;
         outputs.resize_with(2, Vec::new);
         self.head.run(&[template, &features[0]], program, outputs)?;
-        decode(&outputs[0], &outputs[1], self.version.cells, &window, place, look);
+        decode(&outputs[0], &outputs[1], self.version.cells, &window, place, predictions);
         Ok(())
     }
 
@@ -175,29 +177,28 @@ impl Family for NanoTrack {
         slope * logit + offset
     }
 
-    fn settle(&self, look: &Look, last: Place) -> Settled {
-        self.version.settle(&self.hann, look, last)
+    fn detect(&self, predictions: &CellPredictions, last: CentredBox) -> Detection {
+        self.version.detect(&self.hann, predictions, last)
     }
 }
 
 impl Version {
-    fn settle(&self, hann: &[f64], look: &Look, last: Place) -> Settled {
+    fn detect(&self, hann: &[f64], predictions: &CellPredictions, last: CentredBox) -> Detection {
         let Self { window, penalty, rate, .. } = *self;
-        let penalties = |place: &Place| {
+        let penalties = |place: &CentredBox| {
             let [w, h] = place.size;
             let aspect = change((last.size[0] / last.size[1]) / (w / h));
             let size = change(context(place.size) / context(last.size));
             (-(aspect * size - 1.0) * penalty).exp()
         };
-        let ranked =
-            look.places.iter().zip(&look.scores).zip(hann).map(|((place, score), hann)| {
-                penalties(place) * score * (1.0 - window) + hann * window
-            });
+        let ranked = predictions.places.iter().zip(&predictions.scores).zip(hann).map(
+            |((place, score), hann)| penalties(place) * score * (1.0 - window) + hann * window,
+        );
         let cell = largest(ranked);
-        let (best, score) = (look.places[cell], look.scores[cell]);
+        let (best, score) = (predictions.places[cell], predictions.scores[cell]);
         let rate = penalties(&best) * score * rate;
         let size = [0, 1].map(|k| last.size[k] + rate * (best.size[k] - last.size[k]));
-        Settled { place: Place { centre: best.centre, size }, score, cell, rate }
+        Detection { place: CentredBox { centre: best.centre, size }, score, cell, rate }
     }
 }
 
@@ -208,10 +209,10 @@ fn decode(
     boxes: &[f32],
     cells: usize,
     window: &Window,
-    last: Place,
-    look: &mut Look,
+    last: CentredBox,
+    predictions: &mut CellPredictions,
 ) {
-    look.clear();
+    predictions.clear();
     let count = cells * cells;
     let (Some(classes), Some(boxes)) = (classes.get(..2 * count), boxes.get(..4 * count)) else {
         return;
@@ -223,9 +224,9 @@ fn decode(
         let [left, top, right, bottom] = [value(0), value(1), value(2), value(3)];
         let offset = [cell[0] + (right - left) / 2.0, cell[1] + (bottom - top) / 2.0];
         let centre = [0, 1].map(|axis| window.centre[axis] + scale * offset[axis]);
-        let place = Place { centre, size: [(left + right) * scale, (top + bottom) * scale] };
+        let place = CentredBox { centre, size: [(left + right) * scale, (top + bottom) * scale] };
         let logit = f64::from(classes[count + k]) - f64::from(classes[k]);
-        look.push(logit, place, last);
+        predictions.push(logit, place, last);
     }
 }
 
@@ -234,26 +235,26 @@ mod tests {
     use super::*;
 
     const WINDOW: Window = Window { centre: [50.0, 40.0], side: 510.0, pixels: 255 };
-    const LAST: Place = Place { centre: [50.0, 40.0], size: [20.0, 30.0] };
+    const LAST: CentredBox = CentredBox { centre: [50.0, 40.0], size: [20.0, 30.0] };
 
-    fn look(logit: impl Fn(usize) -> f32, sides: [f32; 4]) -> Look {
+    fn predict(logit: impl Fn(usize) -> f32, sides: [f32; 4]) -> CellPredictions {
         let count = 15 * 15;
         let classes: Vec<f32> =
             (0..2 * count).map(|k| if k < count { 0.0 } else { logit(k - count) }).collect();
         let boxes: Vec<f32> = (0..4 * count).map(|k| sides[k / count]).collect();
-        let mut look = Look::default();
-        decode(&classes, &boxes, 15, &WINDOW, LAST, &mut look);
-        look
+        let mut predictions = CellPredictions::default();
+        decode(&classes, &boxes, 15, &WINDOW, LAST, &mut predictions);
+        predictions
     }
 
     #[test]
     fn cells_are_decoded_into_the_frame() {
-        let look = look(|_| 0.0, [5.0, 7.0, 5.0, 9.0]);
-        assert_eq!(look.places.len(), 225);
-        assert_eq!(look.scores[0], 0.5);
-        let middle = look.places[7 * 15 + 7];
-        assert_eq!(middle, Place { centre: [50.0, 42.0], size: [20.0, 32.0] });
-        assert_eq!(look.places[7 * 15 + 9].centre, [50.0 + 2.0 * 16.0 * 2.0, 42.0]);
+        let predictions = predict(|_| 0.0, [5.0, 7.0, 5.0, 9.0]);
+        assert_eq!(predictions.places.len(), 225);
+        assert_eq!(predictions.scores[0], 0.5);
+        let middle = predictions.places[7 * 15 + 7];
+        assert_eq!(middle, CentredBox { centre: [50.0, 42.0], size: [20.0, 32.0] });
+        assert_eq!(predictions.places[7 * 15 + 9].centre, [50.0 + 2.0 * 16.0 * 2.0, 42.0]);
     }
 
     /// The cell in the middle of 15 x 15, one in its row near the border, and a corner.
@@ -263,17 +264,17 @@ mod tests {
 
     /// What NanoTrack v3 makes of a look in which all cells see the last place with no score, but
     /// for these.
-    fn settled(cells: &[(usize, f64, Place)]) -> Settled {
+    fn detected(cells: &[(usize, f64, CentredBox)]) -> Detection {
         let (mut places, mut scores) = (vec![LAST; 225], vec![0.0; 225]);
         for &(cell, score, place) in cells {
             (scores[cell], places[cell]) = (score, place);
         }
-        let look = Look { scores, logits: vec![0.0; 225], places };
-        VERSIONS[1].settle(&hann_over(&hann(15)), &look, LAST)
+        let predictions = CellPredictions { scores, logits: vec![0.0; 225], places };
+        VERSIONS[1].detect(&hann_over(&hann(15)), &predictions, LAST)
     }
 
-    fn sized(w: f64, h: f64) -> Place {
-        Place { centre: [90.0, 10.0], size: [w, h] }
+    fn sized(w: f64, h: f64) -> CentredBox {
+        CentredBox { centre: [90.0, 10.0], size: [w, h] }
     }
 
     #[test]
@@ -289,16 +290,16 @@ mod tests {
             (&[(SIDE, 0.9, same), (CORNER, 0.9, same)], SIDE, "the window between equals"),
             (&[(1, 0.9, same), (CORNER, 0.9, same)], CORNER, "the first of equals"),
         ] {
-            assert_eq!(settled(cells).cell, chosen, "{why}");
+            assert_eq!(detected(cells).cell, chosen, "{why}");
         }
     }
 
     #[test]
     fn the_place_moves_fully_and_the_size_in_part() {
-        let same = settled(&[(MIDDLE, 1.0, sized(20.0, 30.0))]);
+        let same = detected(&[(MIDDLE, 1.0, sized(20.0, 30.0))]);
         assert_eq!((same.place, same.score), (sized(20.0, 30.0), 1.0));
         // Twice the size: the penalty is exp(-.138).
-        let twice = settled(&[(MIDDLE, 0.5, sized(40.0, 60.0))]);
+        let twice = detected(&[(MIDDLE, 0.5, sized(40.0, 60.0))]);
         let rate = (-0.138_f64).exp() * 0.5 * 0.348;
         let [w, h] = twice.place.size;
         assert!(
@@ -306,7 +307,7 @@ mod tests {
         );
         assert_eq!((twice.place.centre, twice.score), ([90.0, 10.0], 0.5));
         // Half of it is punished as much.
-        let half = settled(&[(MIDDLE, 0.5, sized(10.0, 15.0))]);
+        let half = detected(&[(MIDDLE, 0.5, sized(10.0, 15.0))]);
         assert!((half.place.size[0] - (20.0 - 10.0 * rate)).abs() < 1e-12);
     }
 
@@ -314,17 +315,17 @@ mod tests {
     fn sizes_of_every_magnitude_give_finite_places() {
         for side in [f64::MIN_POSITIVE, 1e-300, 1e-12, 1e12, 1e300, f64::MAX] {
             for place in [sized(side, side), sized(side, 1.0), sized(1.0, side)] {
-                let settled = settled(&[(MIDDLE, 1.0, place)]);
-                assert!(settled.place.size.iter().all(|side| side.is_finite()), "{place:?}");
-                assert!(settled.cell < 225 && settled.score.is_finite());
+                let detected = detected(&[(MIDDLE, 1.0, place)]);
+                assert!(detected.place.size.iter().all(|side| side.is_finite()), "{place:?}");
+                assert!(detected.cell < 225 && detected.score.is_finite());
             }
         }
     }
 
     #[test]
     fn damaged_outputs_are_the_old_place_with_no_score() {
-        let look = look(|_| f32::NAN, [f32::INFINITY, 7.0, 5.0, -9.0]);
-        assert!(look.places.iter().all(|place| *place == LAST));
-        assert!(look.scores.iter().all(|&score| score == 0.0));
+        let predictions = predict(|_| f32::NAN, [f32::INFINITY, 7.0, 5.0, -9.0]);
+        assert!(predictions.places.iter().all(|place| *place == LAST));
+        assert!(predictions.scores.iter().all(|&score| score == 0.0));
     }
 }

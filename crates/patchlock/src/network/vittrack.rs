@@ -3,7 +3,9 @@
 
 use super::family::Family;
 use super::graph::CheckedGraph;
-use super::look::{Buffers, Look, Place, Settled, Window, hann, hann_over, largest};
+use super::predictions::{
+    Buffers, CellPredictions, CentredBox, Detection, Window, hann, hann_over, largest,
+};
 use super::program::Program;
 use super::recognise::{Part, Recogniser};
 use super::runtime::Runtime;
@@ -93,7 +95,7 @@ impl Family for VitTrack {
         &self,
         frame: &Frame<'_>,
         _: [f32; 3],
-        place: Place,
+        place: CentredBox,
         buffers: &mut Buffers,
     ) -> Result<Vec<f32>, NetworkError> {
         let side = TEMPLATE_SIDE * root(place.size);
@@ -106,22 +108,22 @@ impl Family for VitTrack {
         3 * TEMPLATE * TEMPLATE
     }
 
-    fn look(
+    fn predict(
         &self,
         frame: &Frame<'_>,
         _: [f32; 3],
         template: &[f32],
-        place: Place,
+        place: CentredBox,
         buffers: &mut Buffers,
     ) -> Result<(), NetworkError> {
         let side = SEARCH_SIDE * root(place.size);
         let window = Window { centre: place.centre, side, pixels: SEARCH };
         window.cut(frame, BORDER, buffers);
-        let Buffers { planes, program, outputs, look, .. } = buffers;
+        let Buffers { planes, program, outputs, predictions, .. } = buffers;
         normalise(&mut planes.samples);
         outputs.resize_with(3, Vec::new);
         self.network.run(&[template, &planes.samples], program, outputs)?;
-        decode(outputs, &window, place, look);
+        decode(outputs, &window, place, predictions);
         Ok(())
     }
 
@@ -129,22 +131,27 @@ impl Family for VitTrack {
         CERTAINTY[0] * logit + CERTAINTY[1]
     }
 
-    fn settle(&self, look: &Look, last: Place) -> Settled {
-        settle(&self.hann, look, last)
+    fn detect(&self, predictions: &CellPredictions, last: CentredBox) -> Detection {
+        detect(&self.hann, predictions, last)
     }
 }
 
-fn settle(hann: &[f64], look: &Look, last: Place) -> Settled {
-    let cell = largest(look.scores.iter().zip(hann).map(|(score, hann)| score * hann));
-    let score = look.scores[cell];
+fn detect(hann: &[f64], predictions: &CellPredictions, last: CentredBox) -> Detection {
+    let cell = largest(predictions.scores.iter().zip(hann).map(|(score, hann)| score * hann));
+    let score = predictions.scores[cell];
     let rate = if score < KEPT_BELOW { 0.0 } else { 1.0 };
-    let place = if rate == 0.0 { last } else { look.places[cell] };
-    Settled { place, score, cell, rate }
+    let place = if rate == 0.0 { last } else { predictions.places[cell] };
+    Detection { place, score, cell, rate }
 }
 
 /// The cells of the outputs: scores, sizes and offsets, relative to the window.
-fn decode(outputs: &[Vec<f32>], window: &Window, last: Place, look: &mut Look) {
-    look.clear();
+fn decode(
+    outputs: &[Vec<f32>],
+    window: &Window,
+    last: CentredBox,
+    predictions: &mut CellPredictions,
+) {
+    predictions.clear();
     let count = CELLS * CELLS;
     let [scores, sizes, offsets] = outputs else { return };
     for k in 0..count {
@@ -155,9 +162,9 @@ fn decode(outputs: &[Vec<f32>], window: &Window, last: Place, look: &mut Look) {
             let at = (cell[axis] as f64 + offset[axis]) / CELLS as f64 - 0.5;
             window.centre[axis] + at * window.side
         });
-        let place = Place { centre, size: size.map(|side| side * window.side) };
+        let place = CentredBox { centre, size: size.map(|side| side * window.side) };
         let score = f64::from(scores[k]);
-        look.push((score / (1.0 - score)).ln(), place, last);
+        predictions.push((score / (1.0 - score)).ln(), place, last);
     }
 }
 
@@ -166,13 +173,13 @@ mod tests {
     use super::*;
 
     const WINDOW: Window = Window { centre: [50.0, 40.0], side: 160.0, pixels: SEARCH };
-    const LAST: Place = Place { centre: [50.0, 40.0], size: [20.0, 30.0] };
+    const LAST: CentredBox = CentredBox { centre: [50.0, 40.0], size: [20.0, 30.0] };
     /// A cell in the middle of 16 x 16, and a corner.
     const MIDDLE: usize = 8 * 16 + 8;
     const CORNER: usize = 0;
 
     /// A look in which these cells have these scores, sizes and offsets, and all others little.
-    fn look(cells: &[(usize, f32, [f32; 2], [f32; 2])]) -> Look {
+    fn predict(cells: &[(usize, f32, [f32; 2], [f32; 2])]) -> CellPredictions {
         let count = CELLS * CELLS;
         let (mut scores, mut sizes, mut offsets) =
             (vec![1e-4; count], vec![0.1; 2 * count], vec![0.0; 2 * count]);
@@ -183,21 +190,24 @@ mod tests {
                 offsets[axis * count + cell] = offset[axis];
             }
         }
-        let mut look = Look::default();
-        decode(&[scores, sizes, offsets], &WINDOW, LAST, &mut look);
-        look
+        let mut predictions = CellPredictions::default();
+        decode(&[scores, sizes, offsets], &WINDOW, LAST, &mut predictions);
+        predictions
     }
 
     #[test]
     fn cells_are_decoded_into_the_frame() {
-        let look = look(&[(MIDDLE + 1, 0.75, [0.25, 0.125], [0.5, -1.0])]);
-        assert_eq!((look.places.len(), look.scores.len(), look.logits.len()), (256, 256, 256));
+        let predictions = predict(&[(MIDDLE + 1, 0.75, [0.25, 0.125], [0.5, -1.0])]);
+        assert_eq!(
+            (predictions.places.len(), predictions.scores.len(), predictions.logits.len()),
+            (256, 256, 256)
+        );
         // A cell is 10 pixels of the frame; cell (8, 8) begins in the centre.
-        assert_eq!(look.places[MIDDLE].centre, [50.0, 40.0]);
-        let place = look.places[MIDDLE + 1];
+        assert_eq!(predictions.places[MIDDLE].centre, [50.0, 40.0]);
+        let place = predictions.places[MIDDLE + 1];
         assert_eq!((place.centre, place.size), ([65.0, 30.0], [40.0, 20.0]));
-        assert!((look.scores[MIDDLE + 1] - 0.75).abs() < 1e-12);
-        assert!((look.logits[MIDDLE + 1] - 3.0_f64.ln()).abs() < 1e-12);
+        assert!((predictions.scores[MIDDLE + 1] - 0.75).abs() < 1e-12);
+        assert!((predictions.logits[MIDDLE + 1] - 3.0_f64.ln()).abs() < 1e-12);
     }
 
     #[test]
@@ -210,10 +220,18 @@ mod tests {
             (&[seen(MIDDLE, 0.19)], MIDDLE, false, "below .2 the box stays"),
             (&[seen(MIDDLE, 0.21)], MIDDLE, true, "above .2 it moves"),
         ] {
-            let look = look(cells);
-            let settled = settle(&window(), &look, LAST);
-            assert_eq!((settled.cell, settled.score), (chosen, look.scores[chosen]), "{why}");
-            assert_eq!(settled.place, if moves { look.places[chosen] } else { LAST }, "{why}");
+            let predictions = predict(cells);
+            let detected = detect(&window(), &predictions, LAST);
+            assert_eq!(
+                (detected.cell, detected.score),
+                (chosen, predictions.scores[chosen]),
+                "{why}"
+            );
+            assert_eq!(
+                detected.place,
+                if moves { predictions.places[chosen] } else { LAST },
+                "{why}"
+            );
         }
     }
 
@@ -222,8 +240,12 @@ mod tests {
         let bad = [f32::NAN, f32::INFINITY, -1.0, 2.0];
         let cells = bad.map(|bad| (MIDDLE, bad, [bad, -bad], [f32::NAN; 2]));
         for cell in cells {
-            let look = look(&[cell]);
-            assert_eq!((look.places[MIDDLE], look.scores[MIDDLE]), (LAST, 0.0), "{cell:?}");
+            let predictions = predict(&[cell]);
+            assert_eq!(
+                (predictions.places[MIDDLE], predictions.scores[MIDDLE]),
+                (LAST, 0.0),
+                "{cell:?}"
+            );
         }
     }
 }

@@ -4,7 +4,7 @@
 use crate::config::NetworkConfig;
 use crate::estimate::{Estimate, Status};
 use crate::network::Network;
-use crate::network::look::{Buffers, Look, Place, Settled, logistic};
+use crate::network::predictions::{Buffers, CellPredictions, CentredBox, Detection, logistic};
 use crate::network_error::NetworkError;
 use crate::observe::{FrameView, NetworkView, Observer};
 use crate::target_tracker::{Input, Scratch, TargetTracker};
@@ -23,7 +23,7 @@ const MOST_FACTOR: f64 = 2.0;
 #[derive(Debug)]
 pub(crate) struct NetworkTarget {
     network: Network,
-    place: Place,
+    place: CentredBox,
     /// The mean colour of the first frame, which is seen beyond the frame's border.
     border: [f32; 3],
     template: Vec<f32>,
@@ -43,7 +43,7 @@ pub(crate) struct NetworkScratch {
 pub(crate) struct SavedNetwork {
     /// The hash of the network.
     network: String,
-    place: Place,
+    place: CentredBox,
     border: [f32; 3],
     template: Vec<f32>,
     factor: [f64; 2],
@@ -63,13 +63,13 @@ impl NetworkTarget {
         (config, fit): (NetworkConfig, f64),
         scratch: &mut NetworkScratch,
     ) -> Result<(Self, Estimate), NetworkError> {
-        let (place, border) = (Place::of(bbox), frame.mean_colour());
+        let (place, border) = (CentredBox::of(bbox), frame.mean_colour());
         let (family, buffers) = (network.family(), &mut scratch.buffers);
         let template = family.template(frame, border, place, buffers)?;
         let mut factor = [1.0; 2];
         if fit > 0.0 {
-            family.look(frame, border, &template, place, buffers)?;
-            let seen = buffers.look.places[family.settle(&buffers.look, place).cell];
+            family.predict(frame, border, &template, place, buffers)?;
+            let seen = buffers.predictions.places[family.detect(&buffers.predictions, place).cell];
             factor = [0, 1].map(|k| {
                 let factor = place.size[k] / seen.size[k];
                 factor.clamp(1.0 / MOST_FACTOR, MOST_FACTOR).powf(fit)
@@ -91,14 +91,14 @@ impl NetworkTarget {
     ) -> Result<(), NetworkError> {
         let Self { network, place, border, template, factor, config } = self;
         let NetworkScratch { buffers } = scratch;
-        network.family().look(frame, *border, template, *place, buffers)?;
-        let settled = network.family().settle(&buffers.look, *place);
-        *place = within(settled.place, frame.size());
-        let score = logistic(network.family().odds(buffers.look.logits[settled.cell]));
+        network.family().predict(frame, *border, template, *place, buffers)?;
+        let detected = network.family().detect(&buffers.predictions, *place);
+        *place = within(detected.place, frame.size());
+        let score = logistic(network.family().odds(buffers.predictions.logits[detected.cell]));
         let size = [0, 1].map(|k| place.size[k] * factor[k]);
-        fill(Place { size, ..*place }, score, status(score, config), estimate);
+        fill(CentredBox { size, ..*place }, score, status(score, config), estimate);
         if let Some(show) = show {
-            show(view(&buffers.look, settled));
+            show(view(&buffers.predictions, detected));
         }
         Ok(())
     }
@@ -162,16 +162,16 @@ impl TargetTracker for NetworkTarget {
         scratch: &mut Scratch,
     ) -> Result<Option<f64>, NetworkError> {
         let (family, NetworkScratch { buffers }) = (self.network.family(), scratch.of());
-        family.look(frame, self.border, &self.template, Place::of(bbox), buffers)?;
-        Ok(Some(family.odds(buffers.look.centre_logit())))
+        family.predict(frame, self.border, &self.template, CentredBox::of(bbox), buffers)?;
+        Ok(Some(family.odds(buffers.predictions.centre_logit())))
     }
 }
 
 /// The place, with its centre in the frame and sides that a target can have.
-fn within(place: Place, frame: FrameSize) -> Place {
+fn within(place: CentredBox, frame: FrameSize) -> CentredBox {
     let lengths = [frame.width, frame.height].map(|length| length as f64);
     let limit = |side: f64, length: f64| side.clamp(MIN_SIDE, length.max(MIN_SIDE));
-    Place {
+    CentredBox {
         centre: [0, 1].map(|axis| place.centre[axis].clamp(0.0, lengths[axis])),
         size: [0, 1].map(|axis| limit(place.size[axis], lengths[axis])),
     }
@@ -185,7 +185,7 @@ fn status(score: f64, config: &NetworkConfig) -> Status {
     }
 }
 
-fn fill(place: Place, score: f64, status: Status, out: &mut Estimate) {
+fn fill(place: CentredBox, score: f64, status: Status, out: &mut Estimate) {
     let bbox = place.bbox();
     let (right, bottom) = (bbox.x + bbox.w - 1.0, bbox.y + bbox.h - 1.0);
     out.bbox = bbox;
@@ -193,13 +193,13 @@ fn fill(place: Place, score: f64, status: Status, out: &mut Estimate) {
     (out.score, out.status, out.visibility) = (score, status, None);
 }
 
-fn view(look: &Look, settled: Settled) -> NetworkView<'_> {
+fn view(predictions: &CellPredictions, detected: Detection) -> NetworkView<'_> {
     NetworkView {
-        cells: look.scores.len().isqrt(),
-        scores: &look.scores,
-        logits: &look.logits,
-        chosen: settled.cell,
-        seen: look.places[settled.cell].bbox(),
+        cells: predictions.scores.len().isqrt(),
+        scores: &predictions.scores,
+        logits: &predictions.logits,
+        chosen: detected.cell,
+        seen: predictions.places[detected.cell].bbox(),
     }
 }
 
@@ -218,13 +218,15 @@ mod tests {
             ([50.0, 30.0], [3.0, 1e-300], [50.0, 30.0], [10.0, 10.0]),
             ([50.0, 30.0], [300.0, 1e300], [50.0, 30.0], [100.0, 60.0]),
         ] {
-            let place = within(Place { centre, size }, FRAME);
-            assert_eq!(place, Place { centre: wanted_centre, size: wanted_size });
+            let place = within(CentredBox { centre, size }, FRAME);
+            assert_eq!(place, CentredBox { centre: wanted_centre, size: wanted_size });
         }
         // A frame that is smaller than the smallest target.
-        let tiny =
-            within(Place { centre: [5.0; 2], size: [5.0; 2] }, FrameSize { width: 4, height: 4 });
-        assert_eq!(tiny, Place { centre: [4.0; 2], size: [10.0; 2] });
+        let tiny = within(
+            CentredBox { centre: [5.0; 2], size: [5.0; 2] },
+            FrameSize { width: 4, height: 4 },
+        );
+        assert_eq!(tiny, CentredBox { centre: [4.0; 2], size: [10.0; 2] });
     }
 
     #[test]
@@ -245,7 +247,7 @@ mod tests {
     #[test]
     fn an_estimate_has_the_corners_of_its_box() {
         let mut estimate = Estimate::empty();
-        let place = Place { centre: [10.0, 20.0], size: [6.0, 4.0] };
+        let place = CentredBox { centre: [10.0, 20.0], size: [6.0, 4.0] };
         fill(place, 0.5, Status::Uncertain, &mut estimate);
         assert_eq!(estimate.bbox, BoundingBox { x: 7.0, y: 18.0, w: 6.0, h: 4.0 });
         assert_eq!(estimate.corners, [[7.0, 18.0], [12.0, 18.0], [12.0, 21.0], [7.0, 21.0]]);

@@ -31,11 +31,11 @@ pub struct RobustView<'a> {
     pub side: usize,
     /// Frame pixels on a side of a cell.
     pub cell: f64,
-    /// The response of the follower to the window, without the map of
+    /// The response of the tracking filter to the window, without the map of
     /// colours, row by row: `side * side` values. The first stands for the estimate's centre, later
     /// ones for displacements to the right and down; beyond half the side they stand for
     /// displacements to the left and up.
-    pub follower: &'a [f32],
+    pub tracking_filter: &'a [f32],
     /// The memory's response, in the same order.
     pub memory: &'a [f32],
 }

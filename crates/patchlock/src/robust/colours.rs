@@ -1,4 +1,4 @@
-//! The target's colours: a map of where they are supports the follower.
+//! The target's colours: a map of where they are supports the tracking filter.
 
 use super::window::Sample;
 use crate::config::RobustConfig;
@@ -6,7 +6,7 @@ use crate::correlation::histogram::{Histograms, MapScratch, Rates};
 
 /// The colours of the target and of what is around it.
 #[derive(Debug)]
-pub(crate) struct Colours {
+pub(crate) struct ColourModel {
     histograms: Histograms,
     params: ColourParams,
 }
@@ -26,7 +26,7 @@ pub(crate) struct ColourMap<'a> {
     /// For each displacement in cells, in the order of a response, the mean likelihood of the box
     /// there, from 0 to 1.
     pub cells: &'a [f32],
-    /// The weight of a cell, in units of the follower's response.
+    /// The weight of a cell, in units of the tracking filter's response.
     pub weight: f32,
 }
 
@@ -41,7 +41,7 @@ impl ColourParams {
     }
 }
 
-impl Colours {
+impl ColourModel {
     /// The colours of the target in the middle of a sample.
     pub fn begin(sample: &Sample<'_>, config: &RobustConfig, scratch: &mut MapScratch) -> Self {
         let histograms = Histograms::begin(sample.patch, sample.window.pixels(), scratch);

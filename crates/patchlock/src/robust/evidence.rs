@@ -1,7 +1,7 @@
 //! What memory, patch model and colours say of a place.
 
 use super::memory::Recognition;
-use super::visible::Shares;
+use super::occlusion::VisibleShares;
 
 /// Everything that the models say of a place.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -14,9 +14,9 @@ pub(crate) struct Evidence {
     /// How sure the memory was when it had seen no more than the first sure frames.
     pub early: f64,
     /// The visible share of the target by the strict limit, from 0 to 1; 0 where that is unknown.
-    pub visible: f64,
+    pub strictly_visible: f64,
     /// The visible share as it is reported, by the milder limit.
-    pub shown: f64,
+    pub visible: f64,
     /// How well colour tells the target from what is around it: from -1, through 0, not at all, to
     /// 1.
     pub contrast: f64,
@@ -25,14 +25,14 @@ pub(crate) struct Evidence {
 impl Evidence {
     pub fn new(
         Recognition { certainty, elsewhere, early }: Recognition,
-        Shares { visible, shown }: Shares,
+        VisibleShares { strict, reported }: VisibleShares,
         contrast: f64,
     ) -> Self {
-        Self { certainty, elsewhere, early, visible, shown, contrast }
+        Self { certainty, elsewhere, early, strictly_visible: strict, visible: reported, contrast }
     }
 
     /// How much the memory's response elsewhere exceeds what the patch model sees here.
     pub fn distraction(&self) -> f64 {
-        self.elsewhere - self.visible
+        self.elsewhere - self.strictly_visible
     }
 }

@@ -1,11 +1,11 @@
 //! A place where the target may be, as a filter proposes it.
 
-use super::place::Place;
+use super::pose::Pose;
 
 /// A place where the target may be.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Hypothesis {
-    pub place: Place,
+    pub pose: Pose,
     /// The response there of the filter that proposes it.
     pub response: f64,
     /// The memory's response there.

@@ -1,13 +1,13 @@
 //! The filter that tracks: from the place on the last frame to the one on this frame, whose rotation
 //! and size are then measured.
 
-use super::colours::Colours;
-use super::follower::Follower;
+use super::colours::ColourModel;
 use super::hypothesis::Hypothesis;
 use super::memory::Memory;
-use super::place::Place;
-use super::size::Size;
-use super::turn::{Rotation, SavedTurning};
+use super::pose::Pose;
+use super::rotation::{RotationEstimator, SavedRotationEstimator};
+use super::scale::ScaleEstimator;
+use super::tracking_filter::TrackingFilter;
 use super::window::{Sample, SampleBuffers, Window};
 use crate::config::RobustConfig;
 use crate::correlation::filter::FilterScratch;
@@ -22,25 +22,25 @@ use serde::{Deserialize, Serialize};
 /// The filter that learns on every frame, and the target's colours.
 #[derive(Debug)]
 pub(crate) struct Locator {
-    follower: Follower,
-    colours: Colours,
-    rotation: Rotation,
-    size: Size,
+    tracking_filter: TrackingFilter,
+    colours: ColourModel,
+    rotation: RotationEstimator,
+    size: ScaleEstimator,
 }
 
 /// A locator as a snapshot holds it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct SavedLocator {
-    follower: SavedNumbers,
+    tracking_filter: SavedNumbers,
     colours: Histograms,
-    rotation: SavedTurning,
+    rotation: SavedRotationEstimator,
     size: SavedScale,
 }
 
 /// The buffers of a locator.
 #[derive(Debug, Default)]
 pub(crate) struct LocatorScratch {
-    pub follower: ResponseBuffers,
+    pub tracking_filter: ResponseBuffers,
     pub memory: ResponseBuffers,
     map: MapScratch,
     filter: FilterScratch,
@@ -50,7 +50,7 @@ pub(crate) struct LocatorScratch {
 
 /// What a place is located in: a frame, the window that cuts samples from it, and the memory.
 #[derive(Clone, Copy)]
-pub(crate) struct Setting<'a> {
+pub(crate) struct FrameContext<'a> {
     pub frame: &'a Frame<'a>,
     pub window: &'a Window,
     pub memory: &'a Memory,
@@ -66,17 +66,17 @@ impl Locator {
     ) -> Self {
         let (region, window) = (sample.region(), sample.window);
         Self {
-            follower: Follower::begin(sample, config, &mut scratch.filter),
-            colours: Colours::begin(sample, config, &mut scratch.map),
-            rotation: Rotation::begin(frame, region, config, &mut scratch.rotation),
-            size: Size::begin(frame, region, window, config, &mut scratch.size),
+            tracking_filter: TrackingFilter::begin(sample, config, &mut scratch.filter),
+            colours: ColourModel::begin(sample, config, &mut scratch.map),
+            rotation: RotationEstimator::begin(frame, region, config, &mut scratch.rotation),
+            size: ScaleEstimator::begin(frame, region, window, config, &mut scratch.size),
         }
     }
 
     /// As a snapshot holds it.
     pub fn saved(&self) -> SavedLocator {
         SavedLocator {
-            follower: self.follower.saved(),
+            tracking_filter: self.tracking_filter.saved(),
             colours: self.colours.saved(),
             rotation: self.rotation.saved(),
             size: self.size.saved(),
@@ -92,18 +92,18 @@ impl Locator {
         window: &Window,
         config: &RobustConfig,
     ) -> Result<Self, &'static str> {
-        let SavedLocator { follower, colours, rotation, size } = saved;
+        let SavedLocator { tracking_filter, colours, rotation, size } = saved;
         Ok(Self {
-            follower: Follower::restore(follower, window, config)?,
-            colours: Colours::restore(colours, config)?,
-            rotation: Rotation::restore(rotation, config)?,
-            size: Size::restore(size, window, config)?,
+            tracking_filter: TrackingFilter::restore(tracking_filter, window, config)?,
+            colours: ColourModel::restore(colours, config)?,
+            rotation: RotationEstimator::restore(rotation, config)?,
+            size: ScaleEstimator::restore(size, window, config)?,
         })
     }
 
     /// The filter that follows.
     pub fn filter(&self) -> &[f32] {
-        self.follower.filter()
+        self.tracking_filter.filter()
     }
 
     /// How well colour tells the target from what is around it: from -1, through 0, not at all, to
@@ -115,56 +115,55 @@ impl Locator {
     /// The target's place in a frame, from its last one.
     pub fn locate(
         &mut self,
-        setting: Setting<'_>,
-        last: Place,
+        context: FrameContext<'_>,
+        last: Pose,
         sample: &mut SampleBuffers,
         scratch: &mut LocatorScratch,
-    ) -> Place {
-        let followed = self.follow(setting, last, sample, scratch);
-        let place = self.turned(setting, followed, sample, scratch);
-        let place = self.size.measured(setting.frame, place, &mut scratch.size);
-        setting.window.keep(place, setting.frame)
+    ) -> Pose {
+        let followed = self.follow(context, last, sample, scratch);
+        let pose = self.turned(context, followed, sample, scratch);
+        let pose = self.size.measured(context.frame, pose, &mut scratch.size);
+        context.window.keep(pose, context.frame)
     }
 
-    /// The place that was followed, with another rotation if one is measured to which follower and
+    /// The place that was followed, with another rotation if one is measured to which tracking filter and
     /// memory respond clearly stronger.
     fn turned(
         &mut self,
-        setting: Setting<'_>,
+        context: FrameContext<'_>,
         followed: Hypothesis,
         sample: &mut SampleBuffers,
         scratch: &mut LocatorScratch,
-    ) -> Place {
-        let place = followed.place;
-        let (region, mean) = (place.region(setting.window.base()), setting.memory.mean());
+    ) -> Pose {
+        let pose = followed.pose;
+        let (region, mean) = (pose.region(context.window.base()), context.memory.mean());
         let (measured, rotation) = ((&followed, mean), &mut scratch.rotation);
-        let suggestion = self.rotation.suggest(setting.frame, region, measured, rotation);
-        let Some(suggestion) = suggestion else { return place };
-        let turned =
-            suggestion.places(place).map(|place| self.follow(setting, place, sample, scratch));
-        let Some(accepted) = suggestion.accept(&followed, turned) else { return place };
+        let suggestion = self.rotation.suggest(context.frame, region, measured, rotation);
+        let Some(suggestion) = suggestion else { return pose };
+        let turned = suggestion.poses(pose).map(|pose| self.follow(context, pose, sample, scratch));
+        let Some(accepted) = suggestion.accept(&followed, turned) else { return pose };
         self.rotation.begin_turning();
-        accepted.place
+        accepted.pose
     }
 
-    /// Where the follower responds strongest in the window around a place.
+    /// Where the tracking filter responds strongest in the window around a place.
     fn follow(
         &self,
-        setting: Setting<'_>,
-        around: Place,
+        context: FrameContext<'_>,
+        around: Pose,
         sample: &mut SampleBuffers,
         scratch: &mut LocatorScratch,
     ) -> Hypothesis {
-        let LocatorScratch { follower, memory, map, .. } = scratch;
-        let sample = setting.window.sample(setting.frame, around, sample);
-        let known = setting.memory.respond(&sample, memory);
-        let map = self.colours.map(&sample, setting.memory.mean(), map);
-        self.follower.propose(&sample, map, known, follower)
+        let LocatorScratch { tracking_filter, memory, map, .. } = scratch;
+        let sample = context.window.sample(context.frame, around, sample);
+        let known = context.memory.respond(&sample, memory);
+        let map = self.colours.map(&sample, context.memory.mean(), map);
+        self.tracking_filter.propose(&sample, map, known, tracking_filter)
     }
 
     /// Begins again with what the memory knows.
     pub fn restart(&mut self, memory: &Memory) {
-        self.follower.restart(memory.filter());
+        self.tracking_filter.restart(memory.filter());
     }
 
     /// Learns the target in the middle of a sample of this frame; its size only where that is
@@ -177,7 +176,7 @@ impl Locator {
         scratch: &mut LocatorScratch,
     ) {
         let region = sample.region();
-        self.follower.learn(sample, &mut scratch.filter);
+        self.tracking_filter.learn(sample, &mut scratch.filter);
         self.colours.learn(sample, &mut scratch.map);
         self.rotation.learn(frame, region, &mut scratch.rotation);
         if learns_size {

@@ -1,4 +1,4 @@
-//! The memory: the mean of the follower's filter over sure frames. It says how sure a place is, and
+//! The memory: the mean of the tracking filter over sure frames. It says how sure a place is, and
 //! where else the target could be.
 
 use super::hypothesis::Hypothesis;
@@ -24,14 +24,14 @@ pub(crate) struct Memory {
     /// Sure frames since the first.
     sure: u64,
     /// What it was after the first sure frames.
-    early: Option<Early>,
+    early: Option<EarlyMemory>,
     settings: Settings,
 }
 
 /// The memory as it was after the first sure frames. It never learns, so it notices when the memory
 /// has learnt something else.
 #[derive(Debug)]
-struct Early {
+struct EarlyMemory {
     /// Its cells inside the window's mask.
     filter: Vec<f32>,
     /// The mean of the memory's response at the target over the frames that it was learnt from.
@@ -54,12 +54,12 @@ pub(crate) struct SavedMemory {
     filter: SavedNumbers,
     mean: f64,
     sure: u64,
-    early: Option<SavedEarly>,
+    early: Option<SavedEarlyMemory>,
 }
 
 /// An early memory as a snapshot holds it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-struct SavedEarly {
+struct SavedEarlyMemory {
     filter: SavedNumbers,
     mean: f64,
 }
@@ -103,7 +103,7 @@ impl Memory {
     /// As a snapshot holds it.
     pub fn saved(&self) -> SavedMemory {
         let Self { filter, mean, sure, early, .. } = self;
-        let early = early.as_ref().map(|Early { filter, mean }| SavedEarly {
+        let early = early.as_ref().map(|EarlyMemory { filter, mean }| SavedEarlyMemory {
             filter: SavedNumbers::of(filter),
             mean: *mean,
         });
@@ -129,8 +129,8 @@ impl Memory {
         }
         let restore =
             |filter: SavedNumbers| filter.restore(window.filter()).ok_or("the memory is damaged");
-        let early = early.map(|SavedEarly { filter, mean }| {
-            restore(filter).map(|filter| Early { filter, mean })
+        let early = early.map(|SavedEarlyMemory { filter, mean }| {
+            restore(filter).map(|filter| EarlyMemory { filter, mean })
         });
         let (filter, early, settings) =
             (restore(filter)?, early.transpose()?, Settings::new(config));
@@ -164,7 +164,7 @@ impl Memory {
     /// The place in a sample where it responds strongest.
     pub fn propose(&self, sample: &Sample<'_>, response: Response<'_>) -> Hypothesis {
         let peak = response.peak();
-        Hypothesis { place: sample.place_at(peak.shift), response: peak.value, memory: peak.value }
+        Hypothesis { pose: sample.pose_at(peak.shift), response: peak.value, memory: peak.value }
     }
 
     /// How sure it is that the target is in the middle of a sample: its response there, relative to
@@ -187,7 +187,7 @@ impl Memory {
         Recognition { certainty, elsewhere, early }
     }
 
-    /// Learns the follower's filter on a sure frame, on which it was this sure of the place.
+    /// Learns the tracking filter on a sure frame, on which it was this sure of the place.
     pub fn learn(&mut self, filter: &[f32], certainty: f64) {
         self.sure += 1;
         let rate = self.settings.rate.max(1.0 / (self.sure + 1) as f64) as f32;
@@ -197,7 +197,7 @@ impl Memory {
         let rate = self.settings.rate.max(1.0 / self.sure as f64);
         self.mean = (self.mean * (1.0 + rate * (certainty - 1.0))).max(LEAST_MEAN);
         if self.early.is_none() && self.sure >= self.settings.early_after {
-            self.early = Some(Early { filter: self.filter.clone(), mean: self.mean });
+            self.early = Some(EarlyMemory { filter: self.filter.clone(), mean: self.mean });
         }
     }
 }
@@ -205,7 +205,7 @@ impl Memory {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::robust::place::Place;
+    use crate::robust::pose::Pose;
     use crate::robust::window::tests::{SIDE, impulse, plane, spectra, window};
     use crate::vision::crop::Planes;
 
@@ -220,8 +220,8 @@ mod tests {
     fn on_sample<T>(cells: &[(usize, f32)], ask: impl FnOnce(&Sample<'_>) -> T) -> T {
         let (window, patch) = (window(), Planes::default());
         let spectra = spectra(&window, &plane(cells));
-        let place = Place { centre: [100.0; 2], scale: 1.0, rotation: 0.0 };
-        ask(&Sample { place, window: &window, patch: &patch, spectra: &spectra })
+        let pose = Pose { centre: [100.0; 2], scale: 1.0, rotation: 0.0 };
+        ask(&Sample { pose, window: &window, patch: &patch, spectra: &spectra })
     }
 
     fn recognise(cells: &[(usize, f32)], mean: f64) -> Recognition {
@@ -258,7 +258,7 @@ mod tests {
             memory.propose(sample, memory.respond(sample, &mut buffers))
         });
         let cell = window().cell(1.0);
-        assert!((hypothesis.place.centre[0] - 100.0 - 3.0 * cell).abs() < 0.2 * cell);
+        assert!((hypothesis.pose.centre[0] - 100.0 - 3.0 * cell).abs() < 0.2 * cell);
         assert!((hypothesis.response - 0.9).abs() < 0.05, "{hypothesis:?}");
         assert_eq!(hypothesis.memory, hypothesis.response);
     }
@@ -331,9 +331,12 @@ mod tests {
             SavedMemory { mean: f64::NAN, ..good.clone() },
             SavedMemory { sure: u64::MAX, ..good.clone() },
             SavedMemory { filter: SavedNumbers::of(&[]), ..good.clone() },
-            SavedMemory { early: Some(SavedEarly { mean: 0.0, ..early.clone() }), ..good.clone() },
             SavedMemory {
-                early: Some(SavedEarly { filter: SavedNumbers::of(&[]), ..early }),
+                early: Some(SavedEarlyMemory { mean: 0.0, ..early.clone() }),
+                ..good.clone()
+            },
+            SavedMemory {
+                early: Some(SavedEarlyMemory { filter: SavedNumbers::of(&[]), ..early }),
                 ..good.clone()
             },
         ] {

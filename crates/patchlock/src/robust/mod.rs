@@ -4,21 +4,21 @@
 //! loss. The paper's patch model says which parts are visible.
 
 mod colours;
-mod estimate;
 mod evidence;
-mod follower;
 mod hypothesis;
 mod locate;
 mod memory;
-mod place;
+mod occlusion;
+mod output;
+mod pose;
+mod rotation;
 mod saved;
+mod scale;
 mod score;
 mod search;
-mod size;
 mod status;
-mod turn;
+mod tracking_filter;
 mod view;
-mod visible;
 mod window;
 
 use crate::config::RobustConfig;
@@ -31,28 +31,28 @@ use crate::target_tracker::{Input, Scratch, TargetTracker};
 use crate::vision::frame::Frame;
 use crate::vision::geometry::BoundingBox;
 use evidence::Evidence;
-use locate::{Locator, LocatorScratch, Setting};
+use locate::{FrameContext, Locator, LocatorScratch};
 use memory::Memory;
-use place::Place;
+use occlusion::{OcclusionModel, OcclusionScratch, PatchObservation};
+use pose::Pose;
 pub(crate) use saved::SavedRobust;
-use search::{Found, SearchParams, Searcher};
-use status::{Belief, Phase, StatusParams};
-use visible::{Seen, SeenBuffers, Visible};
+use search::{Detection, SearchParams, Searcher};
+use status::{Phase, StatusParams, TrackState};
 use window::{SampleBuffers, Window};
 
 /// Elsewhere than where an unseen target is followed, the memory has to be this many times surer.
-const SURER: f64 = 1.3;
+const REDETECTION_MARGIN: f64 = 1.3;
 
 /// A target of the method `robust`.
 #[derive(Debug)]
 pub(crate) struct RobustTarget {
     /// Where the filters follow it.
-    place: Place,
+    pose: Pose,
     window: Window,
     locator: Locator,
     memory: Memory,
-    visible: Visible,
-    belief: Belief,
+    occlusion: OcclusionModel,
+    state: TrackState,
     /// Frames since the first.
     frames: u64,
     search: SearchParams,
@@ -64,7 +64,7 @@ pub(crate) struct RobustTarget {
 pub(crate) struct RobustScratch {
     sample: SampleBuffers,
     locator: LocatorScratch,
-    seen: SeenBuffers,
+    seen: OcclusionScratch,
     learning: LearningScratch,
 }
 
@@ -77,22 +77,22 @@ impl RobustTarget {
         scratch: &mut RobustScratch,
     ) -> (Self, Estimate) {
         let RobustScratch { sample, locator: buffers, seen, .. } = scratch;
-        let place = Place::first(bbox);
+        let pose = Pose::first(bbox);
         let window = Window::begin(frame, bbox, config, sample);
-        let sample = window.sample(frame, place, sample);
+        let sample = window.sample(frame, pose, sample);
         let locator = Locator::begin(frame, &sample, config, buffers);
         let memory = Memory::begin(&sample, locator.filter(), config, &mut buffers.memory);
-        let visible = Visible::begin(frame, sample.region(), (seed, config));
+        let occlusion = OcclusionModel::begin(frame, sample.region(), (seed, config));
         let mut estimate = Estimate::empty();
         let visibility = estimate.visibility.get_or_insert_default();
-        let seen = visible.look(frame, sample.region(), seen, visibility);
+        let seen = occlusion.observe(frame, sample.region(), seen, visibility);
         let known = memory.recognise(&sample, &mut buffers.memory);
         let evidence = Evidence::new(known, seen.shares(), locator.contrast());
         let (search, status) = (SearchParams::new(config), StatusParams::new(config));
-        let belief = Belief::first(&evidence);
-        estimate::fill(place, window.base(), belief.verdict(&evidence, &status), &mut estimate);
+        let state = TrackState::first(&evidence);
+        output::fill(pose, window.base(), state.result(&evidence, &status), &mut estimate);
         let target =
-            Self { place, window, locator, memory, visible, belief, frames: 0, search, status };
+            Self { pose, window, locator, memory, occlusion, state, frames: 0, search, status };
         (target, estimate)
     }
 
@@ -106,86 +106,86 @@ impl RobustTarget {
     ) {
         self.frames += 1;
         // The place: followed from the last one or, after a loss, from where the target is found.
-        let last = self.place;
-        let is_followed = self.find_again(frame, scratch) || !self.belief.is_lost();
+        let last = self.pose;
+        let is_followed = self.find_again(frame, scratch) || !self.state.is_lost();
         if is_followed {
             self.follow(frame, scratch);
         }
         // The evidence: what memory, patch model and colours say of it.
         let RobustScratch { sample: buffer, locator: buffers, seen, learning, .. } = scratch;
-        let sample = self.window.sample(frame, self.place, buffer);
+        let sample = self.window.sample(frame, self.pose, buffer);
         let known = self.memory.recognise(&sample, &mut buffers.memory);
         let seen = is_followed.then(|| {
             let visibility = estimate.visibility.get_or_insert_default();
-            self.visible.look(frame, sample.region(), seen, visibility)
+            self.occlusion.observe(frame, sample.region(), seen, visibility)
         });
-        let shares = seen.map(Seen::shares).unwrap_or_default();
+        let shares = seen.map(PatchObservation::shares).unwrap_or_default();
         let evidence = Evidence::new(known, shares, self.locator.contrast());
         // The decision: phase, status, score, and what learns.
-        let decision = self.belief.advance(&evidence, (self.frames, last), &self.status);
-        self.belief = decision.belief;
-        if let Some(lessons) = decision.lessons {
-            self.locator.learn(frame, &sample, lessons.size, buffers);
-            if lessons.sure
+        let decision = self.state.advance(&evidence, (self.frames, last), &self.status);
+        self.state = decision.state;
+        if let Some(update) = decision.update {
+            self.locator.learn(frame, &sample, update.size, buffers);
+            if update.sure
                 && let Some(seen) = seen
             {
                 self.memory.learn(self.locator.filter(), evidence.certainty);
-                self.visible.learn(seen, self.memory.sure(), learning);
+                self.occlusion.learn(seen, self.memory.sure(), learning);
             }
         }
-        let place = decision.back.unwrap_or(self.place);
-        if self.belief.is_lost() {
-            self.place = place;
+        let pose = decision.back.unwrap_or(self.pose);
+        if self.state.is_lost() {
+            self.pose = pose;
         }
-        estimate::fill(place, self.window.base(), decision.verdict, estimate);
+        output::fill(pose, self.window.base(), decision.result, estimate);
         if let Some(show) = show {
-            show(self.view((frame, place), &evidence, scratch));
+            show(self.view((frame, pose), &evidence, scratch));
         }
     }
 
     /// Moves to where the filters follow the target to.
     fn follow(&mut self, frame: &Frame<'_>, scratch: &mut RobustScratch) {
-        let Self { place, window, locator, memory, .. } = self;
+        let Self { pose, window, locator, memory, .. } = self;
         let RobustScratch { sample, locator: buffers, .. } = scratch;
-        *place = locator.locate(Setting { frame, window, memory }, *place, sample, buffers);
+        *pose = locator.locate(FrameContext { frame, window, memory }, *pose, sample, buffers);
     }
 
     /// Searches while the target is lost or unseen; what is found is on trial. Says whether it is
     /// found.
     fn find_again(&mut self, frame: &Frame<'_>, scratch: &mut RobustScratch) -> bool {
-        let (last, next) = match self.belief.phase {
-            Phase::Lost { next } => (self.place, next),
-            Phase::Unseen { next, last, .. } => (last, next),
-            Phase::Following { .. } | Phase::Trial { .. } => return false,
+        let (last, next) = match self.state.phase {
+            Phase::Lost { next } => (self.pose, next),
+            Phase::Occluded { next, last, .. } => (last, next),
+            Phase::Tracking { .. } | Phase::Verifying { .. } => return false,
         };
         let Self { window, memory, search, .. } = &*self;
         let RobustScratch { sample, locator: buffers, .. } = &mut *scratch;
-        let setting = Setting { frame, window, memory };
-        let mut searcher = Searcher { setting, sample, response: &mut buffers.memory };
+        let context = FrameContext { frame, window, memory };
+        let mut searcher = Searcher { context, sample, response: &mut buffers.memory };
         let found = searcher.search(last, next, search);
         let is_better =
-            |found: &Found| self.belief.is_lost() || self.is_better(frame, *found, scratch);
+            |found: &Detection| self.state.is_lost() || self.is_better(frame, *found, scratch);
         let Some(found) = found.filter(is_better) else {
-            self.belief.search_on(self.search.windows - 1);
+            self.state.search_on(self.search.windows - 1);
             return false;
         };
         self.locator.restart(&self.memory);
-        self.belief.begin_trial(self.place, &self.status);
-        self.place = found.place;
+        self.state.begin_verification(self.pose, &self.status);
+        self.pose = found.pose;
         true
     }
 
     /// Whether the target is rather at a place that was found than where it is followed, unseen.
-    fn is_better(&self, frame: &Frame<'_>, found: Found, scratch: &mut RobustScratch) -> bool {
-        let Self { place, window, memory, visible, search, .. } = self;
+    fn is_better(&self, frame: &Frame<'_>, found: Detection, scratch: &mut RobustScratch) -> bool {
+        let Self { pose, window, memory, occlusion, search, .. } = self;
         let RobustScratch { sample, locator: buffers, seen, .. } = scratch;
-        let setting = Setting { frame, window, memory };
-        let here = Searcher { setting, sample, response: &mut buffers.memory }.certainty(*place);
-        let is_near = found.place.is_within(*place, window.base());
-        let region = found.place.region(window.base());
-        (is_near || found.certainty >= SURER * here)
-            && visible.look(frame, region, seen, &mut Visibility::default()).shares().shown
-                >= search.shown
+        let context = FrameContext { frame, window, memory };
+        let here = Searcher { context, sample, response: &mut buffers.memory }.certainty(*pose);
+        let is_near = found.pose.is_within(*pose, window.base());
+        let region = found.pose.region(window.base());
+        (is_near || found.certainty >= REDETECTION_MARGIN * here)
+            && occlusion.observe(frame, region, seen, &mut Visibility::default()).shares().reported
+                >= search.least_visible
     }
 }
 

@@ -3,10 +3,10 @@
 use super::RobustTarget;
 use super::locate::{Locator, SavedLocator};
 use super::memory::{Memory, SavedMemory};
-use super::place::Place;
+use super::occlusion::{OcclusionModel, SavedOcclusionModel};
+use super::pose::Pose;
 use super::search::SearchParams;
-use super::status::{Belief, StatusParams};
-use super::visible::{SavedVisible, Visible};
+use super::status::{StatusParams, TrackState};
 use super::window::{SavedWindow, Window};
 use crate::config::RobustConfig;
 use serde::{Deserialize, Serialize};
@@ -17,26 +17,26 @@ const MAX_FRAMES: u64 = 1 << 53;
 /// All that the target's next frames depend on.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct SavedRobust {
-    place: Place,
+    pose: Pose,
     window: SavedWindow,
     locator: SavedLocator,
     memory: SavedMemory,
-    visible: SavedVisible,
-    belief: Belief,
+    occlusion: SavedOcclusionModel,
+    state: TrackState,
     frames: u64,
 }
 
 impl RobustTarget {
     /// The target as a snapshot holds it.
     pub fn saved(&self) -> SavedRobust {
-        let Self { place, window, locator, memory, visible, belief, frames, .. } = self;
+        let Self { pose, window, locator, memory, occlusion, state, frames, .. } = self;
         SavedRobust {
-            place: *place,
+            pose: *pose,
             window: window.saved(),
             locator: locator.saved(),
             memory: memory.saved(),
-            visible: visible.saved(),
-            belief: *belief,
+            occlusion: occlusion.saved(),
+            state: *state,
             frames: *frames,
         }
     }
@@ -46,24 +46,24 @@ impl RobustTarget {
     /// # Errors
     /// What is damaged, or does not fit the configuration.
     pub fn restore(saved: SavedRobust, config: &RobustConfig) -> Result<Self, &'static str> {
-        let SavedRobust { place, window, locator, memory, visible, belief, frames } = saved;
+        let SavedRobust { pose, window, locator, memory, occlusion, state, frames } = saved;
         if frames > MAX_FRAMES {
             return Err("it has counted more frames than a video has");
         }
-        if !place.is_sound() {
-            return Err("its place is not finite, or its size not positive");
+        if !pose.is_sound() {
+            return Err("its pose is not finite, or its size not positive");
         }
-        if !belief.is_sound() {
+        if !state.is_sound() {
             return Err("what it believes of the target is damaged");
         }
         let window = Window::restore(&window, config)?;
         Ok(Self {
-            place,
+            pose,
             locator: Locator::restore(locator, &window, config)?,
             memory: Memory::restore(memory, &window, config)?,
-            visible: Visible::restore(visible, config)?,
+            occlusion: OcclusionModel::restore(occlusion, config)?,
             window,
-            belief,
+            state,
             frames,
             search: SearchParams::new(config),
             status: StatusParams::new(config),

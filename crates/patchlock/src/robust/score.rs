@@ -16,11 +16,11 @@ const EARLY: [f64; 2] = [0.0, 1.5];
 /// Running means of the evidence: what is off the target for long, or was until now, is less certain,
 /// and one bad frame is no loss.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Means {
+pub(crate) struct RunningMeans {
     /// The reported share over many frames, 0 while the target is lost.
-    pub shown: f64,
+    pub visible: f64,
     /// The reported share of the last frames.
-    pub shown_lately: f64,
+    pub recent_visible: f64,
     /// The response elsewhere on the last frames.
     pub elsewhere: f64,
     /// The certainty of the early memory on the last frames.
@@ -64,30 +64,32 @@ impl ScoreParams {
     }
 }
 
-impl Means {
+impl RunningMeans {
     /// In the first frame.
     pub fn first(evidence: &Evidence) -> Self {
-        let Evidence { shown, elsewhere, contrast: first_contrast, .. } = *evidence;
+        let Evidence { visible, elsewhere, contrast: first_contrast, .. } = *evidence;
         let early = early(evidence);
-        Self { shown, shown_lately: shown, elsewhere, early, first_contrast }
+        Self { visible, recent_visible: visible, elsewhere, early, first_contrast }
     }
 
     /// Whether all numbers are ones that evidence can lead to.
     pub fn is_sound(&self) -> bool {
-        let Self { shown, shown_lately, elsewhere, early, first_contrast } = *self;
-        [shown, shown_lately, elsewhere, early, first_contrast].iter().all(|mean| mean.is_finite())
+        let Self { visible, recent_visible, elsewhere, early, first_contrast } = *self;
+        [visible, recent_visible, elsewhere, early, first_contrast]
+            .iter()
+            .all(|mean| mean.is_finite())
     }
 
     /// With one frame more, at a place that was found: those of the last frames begin anew.
-    pub fn begun(self, evidence: &Evidence, params: &ScoreParams) -> Self {
-        let Self { shown, .. } = self.after(evidence, params);
-        Self { shown, first_contrast: self.first_contrast, ..Self::first(evidence) }
+    pub fn restarted(self, evidence: &Evidence, params: &ScoreParams) -> Self {
+        let Self { visible, .. } = self.after(evidence, params);
+        Self { visible, first_contrast: self.first_contrast, ..Self::first(evidence) }
     }
 
     /// With one frame more.
     pub fn after(mut self, evidence: &Evidence, params: &ScoreParams) -> Self {
-        self.shown += params.rate * (evidence.shown - self.shown);
-        self.shown_lately += params.lately_rate * (evidence.shown - self.shown_lately);
+        self.visible += params.rate * (evidence.visible - self.visible);
+        self.recent_visible += params.lately_rate * (evidence.visible - self.recent_visible);
         self.elsewhere += params.memory_rate * (evidence.elsewhere - self.elsewhere);
         self.early += params.memory_rate * (early(evidence) - self.early);
         self
@@ -99,7 +101,7 @@ impl Means {
         let first = self.first_contrast.max(LEAST_CONTRAST);
         let contrast = (evidence.contrast / first).min(MOST_CONTRAST);
         let sum = params.bias
-            + params.visible * self.shown
+            + params.visible * self.visible
             + params.elsewhere * self.elsewhere
             + params.contrast * contrast
             + params.early * self.early;
@@ -132,13 +134,18 @@ pub(crate) mod tests {
         certainty: 0.9,
         elsewhere: 0.2,
         early: 0.7,
-        visible: 0.7,
-        shown: 0.8,
+        strictly_visible: 0.7,
+        visible: 0.8,
         contrast: 0.5,
     };
 
-    const MEANS: Means =
-        Means { shown: 0.3, shown_lately: 0.3, elsewhere: 0.6, early: 1.0, first_contrast: 0.4 };
+    const MEANS: RunningMeans = RunningMeans {
+        visible: 0.3,
+        recent_visible: 0.3,
+        elsewhere: 0.6,
+        early: 1.0,
+        first_contrast: 0.4,
+    };
 
     fn logistic(sum: f64) -> f64 {
         1.0 / (1.0 + (-sum).exp())
@@ -147,7 +154,7 @@ pub(crate) mod tests {
     #[test]
     fn the_sum_has_a_term_for_each_number() {
         let params = ScoreParams { bias: 0.5, contrast: 3.0, early: 2.0, ..PARAMS };
-        let means = Means { first_contrast: 0.5, ..MEANS };
+        let means = RunningMeans { first_contrast: 0.5, ..MEANS };
         let evidence = Evidence { contrast: 0.25, ..EVIDENCE };
         let sum = 0.5 + 4.0 * 0.3 - 4.0 * 0.6 + 3.0 * 0.5 + 2.0 * 1.0;
         assert!((means.score(&evidence, &params) - logistic(sum)).abs() < 1e-12);
@@ -166,7 +173,7 @@ pub(crate) mod tests {
             (0.5, -0.5, -3.0),
         ] {
             let evidence = Evidence { contrast, ..EVIDENCE };
-            let score = Means { first_contrast, ..MEANS }.score(&evidence, &params);
+            let score = RunningMeans { first_contrast, ..MEANS }.score(&evidence, &params);
             assert!((score - logistic(sum)).abs() < 1e-12, "{first_contrast} {contrast}");
         }
     }
@@ -176,7 +183,7 @@ pub(crate) mod tests {
         let near = |a: f64, b: f64| (a - b).abs() < 1e-12;
         for (early, after) in [(0.6, 0.9), (9.0, 1.125), (-3.0, 0.75)] {
             let means = MEANS.after(&Evidence { early, ..EVIDENCE }, &PARAMS);
-            assert!(near(means.shown, 0.35) && near(means.shown_lately, 0.55), "{means:?}");
+            assert!(near(means.visible, 0.35) && near(means.recent_visible, 0.55), "{means:?}");
             assert!(near(means.elsewhere, 0.5), "{means:?}");
             assert!(near(means.early, after), "{early} {means:?}");
             assert!(near(means.first_contrast, 0.4));
@@ -185,18 +192,24 @@ pub(crate) mod tests {
 
     #[test]
     fn at_a_place_that_was_found_the_means_of_the_last_frames_begin_anew() {
-        let begun = MEANS.begun(&EVIDENCE, &PARAMS);
-        let Means { shown, .. } = MEANS.after(&EVIDENCE, &PARAMS);
+        let begun = MEANS.restarted(&EVIDENCE, &PARAMS);
+        let RunningMeans { visible, .. } = MEANS.after(&EVIDENCE, &PARAMS);
         let first_contrast = MEANS.first_contrast;
-        assert_eq!(begun, Means { shown, first_contrast, ..Means::first(&EVIDENCE) });
+        assert_eq!(
+            begun,
+            RunningMeans { visible, first_contrast, ..RunningMeans::first(&EVIDENCE) }
+        );
     }
 
     #[test]
     fn the_first_means_are_the_first_frame() {
-        let first = Means::first(&EVIDENCE);
-        let Evidence { shown, elsewhere, early, contrast: first_contrast, .. } = EVIDENCE;
-        assert_eq!(first, Means { shown, shown_lately: shown, elsewhere, early, first_contrast });
+        let first = RunningMeans::first(&EVIDENCE);
+        let Evidence { visible, elsewhere, early, contrast: first_contrast, .. } = EVIDENCE;
+        assert_eq!(
+            first,
+            RunningMeans { visible, recent_visible: visible, elsewhere, early, first_contrast }
+        );
         assert!(first.is_sound());
-        assert!(!Means { elsewhere: f64::INFINITY, ..first }.is_sound());
+        assert!(!RunningMeans { elsewhere: f64::INFINITY, ..first }.is_sound());
     }
 }

@@ -1,7 +1,7 @@
 //! Makes the view of a frame for an observer.
 
 use super::evidence::Evidence;
-use super::place::Place;
+use super::pose::Pose;
 use super::{RobustScratch, RobustTarget};
 use crate::observe::RobustView;
 use crate::vision::frame::Frame;
@@ -11,27 +11,27 @@ impl RobustTarget {
     /// now.
     pub fn view<'a>(
         &'a self,
-        (frame, place): (&Frame<'_>, Place),
+        (frame, pose): (&Frame<'_>, Pose),
         evidence: &Evidence,
         scratch: &'a mut RobustScratch,
     ) -> RobustView<'a> {
         let Self { window, locator, memory, .. } = self;
         let RobustScratch { sample, locator: buffers, .. } = scratch;
-        let sample = window.sample(frame, place, sample);
-        let means = self.belief.means();
+        let sample = window.sample(frame, pose, sample);
+        let means = self.state.means();
         RobustView {
             frame: self.frames,
             certainty: evidence.certainty,
             elsewhere: evidence.elsewhere,
             early: evidence.early,
             contrast: locator.contrast(),
-            visible: evidence.shown,
-            mean_visible: means.shown,
+            visible: evidence.visible,
+            mean_visible: means.visible,
             mean_elsewhere: means.elsewhere,
             mean_early: means.early,
             side: window.fourier().side(),
-            cell: window.cell(place.scale),
-            follower: sample.respond(locator.filter(), &mut buffers.follower).cells(),
+            cell: window.cell(pose.scale),
+            tracking_filter: sample.respond(locator.filter(), &mut buffers.tracking_filter).cells(),
             memory: memory.respond(&sample, &mut buffers.memory).cells(),
         }
     }

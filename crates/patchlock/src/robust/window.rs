@@ -1,7 +1,7 @@
 //! The square window around a place, and the sample that it shows: a patch, its features, their
 //! spectra.
 
-use super::place::Place;
+use super::pose::Pose;
 use crate::config::RobustConfig;
 use crate::correlation::batch::Mask;
 use crate::correlation::features::{FeatureScratch, Features};
@@ -47,7 +47,7 @@ pub(crate) struct SavedWindow {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Sample<'a> {
     /// The centre of the window, and its size and rotation.
-    pub place: Place,
+    pub pose: Pose,
     /// The window that was cut out.
     pub window: &'a Window,
     /// Its pixels.
@@ -97,8 +97,8 @@ impl Window {
     }
 
     /// The place, moved into the frame and limited in size.
-    pub fn keep(&self, place: Place, frame: &Frame<'_>) -> Place {
-        place.kept_within(frame.size(), self.base, self.least_side)
+    pub fn keep(&self, pose: Pose, frame: &Frame<'_>) -> Pose {
+        pose.kept_within(frame.size(), self.base, self.least_side)
     }
 
     /// As a snapshot holds it.
@@ -173,29 +173,29 @@ impl Window {
     pub fn sample<'a>(
         &'a self,
         frame: &Frame<'_>,
-        place: Place,
+        pose: Pose,
         buffers: &'a mut SampleBuffers,
     ) -> Sample<'a> {
         let SampleBuffers { crop, patch, features, spectra } = buffers;
-        let scale = [self.pixel * place.scale; 2];
-        let (Place { centre, rotation, .. }, size) = (place, [self.features.side(); 2]);
+        let scale = [self.pixel * pose.scale; 2];
+        let (Pose { centre, rotation, .. }, size) = (pose, [self.features.side(); 2]);
         let part = Crop { centre, scale, size, rotation };
         part.cut(frame, self.planes(), crop, patch);
         self.features.spectra(patch, features, spectra);
-        Sample { place, window: self, patch, spectra }
+        Sample { pose, window: self, patch, spectra }
     }
 }
 
 impl<'a> Sample<'a> {
     /// The target's region.
     pub fn region(&self) -> Region {
-        self.place.region(self.window.base)
+        self.pose.region(self.window.base)
     }
 
     /// The place at a displacement, in cells.
-    pub fn place_at(&self, shift: [f64; 2]) -> Place {
-        let cell = self.window.cell(self.place.scale);
-        self.place.shifted(shift.map(|cells| cells * cell))
+    pub fn pose_at(&self, shift: [f64; 2]) -> Pose {
+        let cell = self.window.cell(self.pose.scale);
+        self.pose.shifted(shift.map(|cells| cells * cell))
     }
 
     /// The response of a filter, of which these cells are held.
@@ -267,19 +267,19 @@ pub(super) mod tests {
     #[test]
     fn a_displacement_in_cells_is_a_place() {
         let (window, patch) = (window(), Planes::default());
-        let place = Place { centre: [50.0, 40.0], scale: 1.5, rotation: 0.0 };
-        let sample = Sample { place, window: &window, patch: &patch, spectra: &[] };
+        let pose = Pose { centre: [50.0, 40.0], scale: 1.5, rotation: 0.0 };
+        let sample = Sample { pose, window: &window, patch: &patch, spectra: &[] };
         let cell = 3.0 * CELL as f64;
-        let moved = Place { centre: [50.0 + cell, 40.0 - 0.5 * cell], ..place };
-        assert_eq!(sample.place_at([1.0, -0.5]), moved);
+        let moved = Pose { centre: [50.0 + cell, 40.0 - 0.5 * cell], ..pose };
+        assert_eq!(sample.pose_at([1.0, -0.5]), moved);
     }
 
     #[test]
     fn the_response_to_an_impulse_is_the_filters_plane() {
         let (window, patch) = (window(), Planes::default());
         let sample = spectra(&window, &plane(&[(10, 2.0), (0, -1.0)]));
-        let place = Place { centre: [0.0; 2], scale: 1.0, rotation: 0.0 };
-        let sample = Sample { place, window: &window, patch: &patch, spectra: &sample };
+        let pose = Pose { centre: [0.0; 2], scale: 1.0, rotation: 0.0 };
+        let sample = Sample { pose, window: &window, patch: &patch, spectra: &sample };
         let mut buffers = ResponseBuffers::default();
         let filter = impulse(&window);
         let response = sample.respond(&filter, &mut buffers);

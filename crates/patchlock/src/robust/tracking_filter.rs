@@ -1,4 +1,4 @@
-//! The follower: a correlation filter that learns on every frame.
+//! The tracking filter: a correlation filter that learns on every frame.
 
 use super::colours::ColourMap;
 use super::hypothesis::Hypothesis;
@@ -10,13 +10,13 @@ use crate::numeric::saved_numbers::SavedNumbers;
 
 /// The filter that follows the target.
 #[derive(Debug)]
-pub(crate) struct Follower {
+pub(crate) struct TrackingFilter {
     learner: FilterLearner,
     /// Its cells inside the window's mask, a twentieth of its spectra.
     filter: Vec<f32>,
 }
 
-impl Follower {
+impl TrackingFilter {
     /// A filter that has learnt the target in the middle of a sample.
     pub fn begin(sample: &Sample<'_>, config: &RobustConfig, scratch: &mut FilterScratch) -> Self {
         let learner = learner(sample.window, config);
@@ -62,7 +62,7 @@ impl Follower {
             None => response.peak(),
         };
         Hypothesis {
-            place: sample.place_at(peak.shift),
+            pose: sample.pose_at(peak.shift),
             response: peak.value,
             memory: memory.at(peak.shift),
         }
@@ -91,21 +91,21 @@ fn learner(window: &Window, config: &RobustConfig) -> FilterLearner {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::robust::place::Place;
+    use crate::robust::pose::Pose;
     use crate::robust::window::tests::{SIDE, impulse, plane, spectra, window};
     use crate::vision::crop::Planes;
 
-    const PLACE: Place = Place { centre: [100.0, 100.0], scale: 1.0, rotation: 0.0 };
+    const POSE: Pose = Pose { centre: [100.0, 100.0], scale: 1.0, rotation: 0.0 };
 
     /// The response of a filter that has learnt an impulse to samples with these cells.
     fn propose(cells: &[(usize, f32)], map: Option<(usize, f32)>) -> Hypothesis {
         let (window, patch, config) = (window(), Planes::default(), RobustConfig::default());
         let learnt = spectra(&window, &plane(&[(0, 1.0)]));
-        let sample = |spectra| Sample { place: PLACE, window: &window, patch: &patch, spectra };
-        let mut follower =
-            Follower::begin(&sample(&learnt), &config, &mut FilterScratch::default());
+        let sample = |spectra| Sample { pose: POSE, window: &window, patch: &patch, spectra };
+        let mut tracking_filter =
+            TrackingFilter::begin(&sample(&learnt), &config, &mut FilterScratch::default());
         let impulse = impulse(&window);
-        follower.restart(&impulse);
+        tracking_filter.restart(&impulse);
         let seen = spectra(&window, &plane(cells));
         let (sample, mut buffers) =
             (sample(&seen), [ResponseBuffers::default(), Default::default()]);
@@ -113,7 +113,7 @@ mod tests {
         let memory = sample.respond(&impulse, memory);
         let map = map.map(|(cell, weight)| (plane(&[(cell, 1.0)]), weight));
         let map = map.as_ref().map(|(cells, weight)| ColourMap { cells, weight: *weight });
-        follower.propose(&sample, map, memory, own)
+        tracking_filter.propose(&sample, map, memory, own)
     }
 
     #[test]
@@ -123,25 +123,26 @@ mod tests {
         let cells = [(right, 1.0), (down, 0.9)];
         let cell = window().cell(1.0);
         let strongest = propose(&cells, None);
-        assert!((strongest.place.centre[0] - 100.0 - 3.0 * cell).abs() < 0.1 * cell);
+        assert!((strongest.pose.centre[0] - 100.0 - 3.0 * cell).abs() < 0.1 * cell);
         assert!((strongest.response - 1.0).abs() < 0.05, "{strongest:?}");
         assert!((strongest.memory - strongest.response).abs() < 1e-4, "{strongest:?}");
         let coloured = propose(&cells, Some((down, 0.2)));
-        assert!((coloured.place.centre[1] - 100.0 - 2.0 * cell).abs() < 0.1 * cell);
+        assert!((coloured.pose.centre[1] - 100.0 - 2.0 * cell).abs() < 0.1 * cell);
         // The value is the response's alone.
         assert!((coloured.response - 0.9).abs() < 0.1, "{coloured:?}");
         assert_eq!(propose(&cells, Some((down, 0.05))), strongest);
     }
 
     #[test]
-    fn a_saved_follower_is_restored_or_refused() {
+    fn a_saved_filter_is_restored_or_refused() {
         let (window, patch, config) = (window(), Planes::default(), RobustConfig::default());
         let learnt = spectra(&window, &plane(&[(0, 1.0)]));
-        let sample = Sample { place: PLACE, window: &window, patch: &patch, spectra: &learnt };
-        let follower = Follower::begin(&sample, &config, &mut FilterScratch::default());
-        let restored = Follower::restore(follower.saved(), &window, &config).unwrap();
-        assert_eq!(restored.filter(), follower.filter());
-        let damaged = SavedNumbers::of(&follower.filter()[1..]);
-        assert!(Follower::restore(damaged, &window, &config).is_err());
+        let sample = Sample { pose: POSE, window: &window, patch: &patch, spectra: &learnt };
+        let tracking_filter =
+            TrackingFilter::begin(&sample, &config, &mut FilterScratch::default());
+        let restored = TrackingFilter::restore(tracking_filter.saved(), &window, &config).unwrap();
+        assert_eq!(restored.filter(), tracking_filter.filter());
+        let damaged = SavedNumbers::of(&tracking_filter.filter()[1..]);
+        assert!(TrackingFilter::restore(damaged, &window, &config).is_err());
     }
 }

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 /// Where the target is: position, size and rotation.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Place {
+pub(crate) struct Pose {
     /// The centre in the frame.
     pub centre: Point,
     /// The target's size, relative to the first frame.
@@ -17,7 +17,7 @@ pub(crate) struct Place {
     pub rotation: f64,
 }
 
-impl Place {
+impl Pose {
     /// The place in the first frame.
     pub fn first(bbox: BoundingBox) -> Self {
         Self { centre: bbox.centre(), scale: 1.0, rotation: 0.0 }
@@ -79,12 +79,12 @@ mod tests {
     use std::f64::consts::FRAC_PI_2;
 
     const FRAME: FrameSize = FrameSize { width: 100, height: 60 };
-    const PLACE: Place = Place { centre: [30.0, 20.0], scale: 1.0, rotation: 0.0 };
+    const POSE: Pose = Pose { centre: [30.0, 20.0], scale: 1.0, rotation: 0.0 };
 
     #[test]
     fn a_shift_is_along_the_targets_own_axes() {
-        assert_eq!(PLACE.shifted([3.0, -2.0]).centre, [33.0, 18.0]);
-        let turned = Place { rotation: FRAC_PI_2, ..PLACE }.shifted([3.0, -2.0]);
+        assert_eq!(POSE.shifted([3.0, -2.0]).centre, [33.0, 18.0]);
+        let turned = Pose { rotation: FRAC_PI_2, ..POSE }.shifted([3.0, -2.0]);
         // The target's x axis points down, and its y axis to the left.
         let [x, y] = [turned.centre[0] - 32.0, turned.centre[1] - 23.0];
         assert!(x.abs() < 1e-12 && y.abs() < 1e-12, "{turned:?}");
@@ -100,14 +100,14 @@ mod tests {
             (0.0, -5.1, 1.0, false),
             (-10.1, 5.1, 1.1, true),
         ] {
-            let other = Place { scale, ..PLACE };
-            assert_eq!(PLACE.shifted([dx, dy]).is_within(other, base), within, "{dx} {dy}");
+            let other = Pose { scale, ..POSE };
+            assert_eq!(POSE.shifted([dx, dy]).is_within(other, base), within, "{dx} {dy}");
         }
     }
 
     #[test]
     fn a_place_within_the_frame_stays() {
-        assert_eq!(PLACE.kept_within(FRAME, [20.0, 10.0], 5.0), PLACE);
+        assert_eq!(POSE.kept_within(FRAME, [20.0, 10.0], 5.0), POSE);
     }
 
     #[test]
@@ -115,16 +115,13 @@ mod tests {
         for (centre, kept) in
             [([-3.0, 80.0], [0.0, 59.0]), ([99.5, -0.1], [99.0, 0.0]), ([1e9, 5.0], [99.0, 5.0])]
         {
-            assert_eq!(
-                Place { centre, ..PLACE }.kept_within(FRAME, [20.0, 10.0], 5.0).centre,
-                kept
-            );
+            assert_eq!(Pose { centre, ..POSE }.kept_within(FRAME, [20.0, 10.0], 5.0).centre, kept);
         }
     }
 
     #[test]
     fn the_scale_is_limited() {
-        let scale = |scale, base| Place { scale, ..PLACE }.kept_within(FRAME, base, 5.0).scale;
+        let scale = |scale, base| Pose { scale, ..POSE }.kept_within(FRAME, base, 5.0).scale;
         // The shorter side has at least 5 pixels, and no side is longer than the frame's.
         assert_eq!(scale(0.1, [20.0, 10.0]), 0.5);
         assert_eq!(scale(9.0, [20.0, 10.0]), 5.0);
@@ -136,8 +133,8 @@ mod tests {
 
     #[test]
     fn a_region_has_the_targets_size() {
-        let place = Place { scale: 1.5, rotation: 0.3, ..PLACE };
-        let region = place.region([20.0, 10.0]);
-        assert_eq!(region, Region { centre: PLACE.centre, size: [30.0, 15.0], rotation: 0.3 });
+        let pose = Pose { scale: 1.5, rotation: 0.3, ..POSE };
+        let region = pose.region([20.0, 10.0]);
+        assert_eq!(region, Region { centre: POSE.centre, size: [30.0, 15.0], rotation: 0.3 });
     }
 }

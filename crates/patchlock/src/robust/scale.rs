@@ -1,6 +1,6 @@
 //! The target's size, which a filter along scale measures.
 
-use super::place::Place;
+use super::pose::Pose;
 use super::window::Window;
 use crate::config::RobustConfig;
 use crate::correlation::scale::{SavedScale, ScaleFilter, ScaleFilterParams, ScaleScratch};
@@ -9,13 +9,13 @@ use crate::vision::frame::Frame;
 
 /// What is known about the target's size.
 #[derive(Debug)]
-pub(crate) struct Size {
+pub(crate) struct ScaleEstimator {
     filter: ScaleFilter,
     base: [f64; 2],
     planes: usize,
 }
 
-impl Size {
+impl ScaleEstimator {
     /// A filter that has learnt the target in this region.
     pub fn begin(
         frame: &Frame<'_>,
@@ -48,9 +48,9 @@ impl Size {
     }
 
     /// The place with the size that is measured there.
-    pub fn measured(&self, frame: &Frame<'_>, place: Place, scratch: &mut ScaleScratch) -> Place {
-        let factor = self.filter.find(frame, self.planes, place.region(self.base), scratch);
-        Place { scale: place.scale * factor, ..place }
+    pub fn measured(&self, frame: &Frame<'_>, pose: Pose, scratch: &mut ScaleScratch) -> Pose {
+        let factor = self.filter.find(frame, self.planes, pose.region(self.base), scratch);
+        Pose { scale: pose.scale * factor, ..pose }
     }
 
     /// Learns the target in this region.

@@ -1,8 +1,8 @@
-//! The target's rotation in the frame: measured on a log-polar grid, and checked by follower and
+//! The target's rotation in the frame: measured on a log-polar grid, and checked by tracking filter and
 //! memory.
 
 use super::hypothesis::Hypothesis;
-use super::place::Place;
+use super::pose::Pose;
 use crate::config::RobustConfig;
 use crate::correlation::rotation::{RotationFilter, RotationScratch, SavedRotation, Turn};
 use crate::vision::crop::Region;
@@ -11,18 +11,18 @@ use serde::{Deserialize, Serialize};
 
 /// What is known about the target's rotation.
 #[derive(Debug)]
-pub(crate) struct Rotation {
+pub(crate) struct RotationEstimator {
     filter: RotationFilter,
     /// The mean of the filter's response.
     mean: f64,
     /// Frames for which the target counts as turning.
     turning: u32,
-    params: TurnParams,
+    params: RotationParams,
 }
 
 /// What is known about the rotation, as a snapshot holds it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(crate) struct SavedTurning {
+pub(crate) struct SavedRotationEstimator {
     filter: SavedRotation,
     mean: f64,
     turning: u32,
@@ -30,25 +30,25 @@ pub(crate) struct SavedTurning {
 
 /// When rotation is measured, and when it counts.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct TurnParams {
+struct RotationParams {
     /// Whether rotation is followed.
     rotate: bool,
     /// It is measured where the memory's response is at most this share of its mean, or the target
     /// turns.
     below: f64,
     /// When a measured rotation is clear.
-    clear: ClearParams,
+    clear: ConfidenceParams,
     /// When a measured rotation counts, and how fast the filter learns.
-    still: TurnLimits,
+    still: RotationLimits,
     /// The same while the target turns.
-    turning: TurnLimits,
+    turning: RotationLimits,
     /// Frames without rotation after which the target no longer turns.
     turning_frames: u32,
 }
 
 /// When a measured rotation is clear.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct ClearParams {
+struct ConfidenceParams {
     /// The filter responds at least with this share of its mean response,
     share: f64,
     /// and the rotation is at most this, in radians.
@@ -61,10 +61,10 @@ struct ClearParams {
 
 /// When a measured rotation counts.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct TurnLimits {
+struct RotationLimits {
     /// The smallest rotation, in radians.
     least: f64,
-    /// Follower and memory must respond this many times stronger to it.
+    /// Tracking filter and memory must respond this many times stronger to it.
     margin: f64,
     /// Learning rate of the filter.
     rate: f32,
@@ -72,30 +72,30 @@ struct TurnLimits {
 
 /// Rotations that were suggested for a place.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Suggestion {
+pub(crate) struct RotationCandidates {
     /// The rotations: the measured one, and upright.
     pub rotations: [f64; 2],
-    /// Follower and memory must respond this many times stronger.
+    /// Tracking filter and memory must respond this many times stronger.
     margin: f64,
 }
 
-impl TurnParams {
+impl RotationParams {
     fn new(config: &RobustConfig) -> Self {
         Self {
             rotate: config.rotate,
             below: config.rotation_below,
-            clear: ClearParams {
+            clear: ConfidenceParams {
                 share: config.rotation_clear,
                 most: config.rotation_most,
                 mean: config.rotation_mean,
                 rate: config.rotation_mean_rate,
             },
-            still: TurnLimits {
+            still: RotationLimits {
                 least: config.rotation_least,
                 margin: config.rotation_margin,
                 rate: config.rotation_rate as f32,
             },
-            turning: TurnLimits {
+            turning: RotationLimits {
                 least: config.turning_least,
                 margin: config.turning_margin,
                 rate: config.turning_rate as f32,
@@ -105,7 +105,7 @@ impl TurnParams {
     }
 
     /// The limits while the target turns, and while it does not.
-    fn limits(&self, turning: bool) -> TurnLimits {
+    fn limits(&self, turning: bool) -> RotationLimits {
         if turning { self.turning } else { self.still }
     }
 
@@ -116,7 +116,7 @@ impl TurnParams {
     }
 }
 
-impl Rotation {
+impl RotationEstimator {
     /// A filter that has learnt the target in this region.
     pub fn begin(
         frame: &Frame<'_>,
@@ -125,42 +125,45 @@ impl Rotation {
         scratch: &mut RotationScratch,
     ) -> Self {
         let filter = RotationFilter::begin(frame, region, scratch);
-        let params = TurnParams::new(config);
+        let params = RotationParams::new(config);
         Self { filter, mean: params.clear.mean, turning: 0, params }
     }
 
     /// As a snapshot holds it.
-    pub fn saved(&self) -> SavedTurning {
+    pub fn saved(&self) -> SavedRotationEstimator {
         let Self { filter, mean, turning, .. } = self;
-        SavedTurning { filter: filter.saved(), mean: *mean, turning: *turning }
+        SavedRotationEstimator { filter: filter.saved(), mean: *mean, turning: *turning }
     }
 
     /// From a snapshot.
     ///
     /// # Errors
     /// What is damaged.
-    pub fn restore(saved: SavedTurning, config: &RobustConfig) -> Result<Self, &'static str> {
-        let SavedTurning { filter, mean, turning } = saved;
+    pub fn restore(
+        saved: SavedRotationEstimator,
+        config: &RobustConfig,
+    ) -> Result<Self, &'static str> {
+        let SavedRotationEstimator { filter, mean, turning } = saved;
         if !mean.is_finite() {
             return Err("the mean response of the filter over rotation is not finite");
         }
         let filter = RotationFilter::restore(filter)?;
-        Ok(Self { filter, mean, turning, params: TurnParams::new(config) })
+        Ok(Self { filter, mean, turning, params: RotationParams::new(config) })
     }
 
     /// Other rotations that the target may have at the place that was chosen, if one is measured
-    /// that is clear and large enough to count. `follower` is the follower's hypothesis, `mean` the
+    /// that is clear and large enough to count. `tracked` is the hypothesis of the tracking filter, `mean` the
     /// memory's mean response.
     pub fn suggest(
         &mut self,
         frame: &Frame<'_>,
         region: Region,
-        (follower, mean): (&Hypothesis, f64),
+        (tracking_filter, mean): (&Hypothesis, f64),
         scratch: &mut RotationScratch,
-    ) -> Option<Suggestion> {
+    ) -> Option<RotationCandidates> {
         let turning = self.turning > 0;
         self.turning = self.turning.saturating_sub(1);
-        if !self.params.is_measured(turning, follower.memory, mean) {
+        if !self.params.is_measured(turning, tracking_filter.memory, mean) {
             return None;
         }
         let limits = self.params.limits(turning);
@@ -171,7 +174,7 @@ impl Rotation {
         self.mean += self.params.clear.rate * (turn.response - self.mean);
         let rotations = [region.rotation + turn.rotation, 0.0];
         let counts = turn.rotation.abs() >= limits.least;
-        counts.then_some(Suggestion { rotations, margin: limits.margin })
+        counts.then_some(RotationCandidates { rotations, margin: limits.margin })
     }
 
     /// The target turns.
@@ -188,14 +191,14 @@ impl Rotation {
     }
 }
 
-impl Suggestion {
+impl RotationCandidates {
     /// The place with each suggested rotation that it does not have yet.
-    pub fn places(self, place: Place) -> impl Iterator<Item = Place> {
-        let other = self.rotations.into_iter().filter(move |&rotation| rotation != place.rotation);
-        other.map(move |rotation| Place { rotation, ..place })
+    pub fn poses(self, pose: Pose) -> impl Iterator<Item = Pose> {
+        let other = self.rotations.into_iter().filter(move |&rotation| rotation != pose.rotation);
+        other.map(move |rotation| Pose { rotation, ..pose })
     }
 
-    /// The best supported of the hypotheses of turned places, if follower and memory respond to it
+    /// The best supported of the hypotheses of turned places, if tracking filter and memory respond to it
     /// clearly stronger than to the one that is not turned.
     pub fn accept(
         self,
@@ -213,7 +216,7 @@ impl Suggestion {
     }
 }
 
-impl ClearParams {
+impl ConfidenceParams {
     /// Whether a measured rotation is clear; `mean` is the filter's mean response.
     fn holds(&self, turn: Turn, mean: f64) -> bool {
         turn.response >= self.share * mean && turn.rotation.abs() <= self.most
@@ -224,21 +227,21 @@ impl ClearParams {
 mod tests {
     use super::*;
 
-    const PLACE: Place = Place { centre: [40.0, 30.0], scale: 1.0, rotation: 0.2 };
-    const PARAMS: TurnParams = TurnParams {
+    const POSE: Pose = Pose { centre: [40.0, 30.0], scale: 1.0, rotation: 0.2 };
+    const PARAMS: RotationParams = RotationParams {
         rotate: true,
         below: 0.8,
-        clear: ClearParams { share: 0.4, most: 0.35, mean: 0.3, rate: 0.05 },
-        still: TurnLimits { least: 0.18, margin: 1.1, rate: 0.1 },
-        turning: TurnLimits { least: 0.03, margin: 1.02, rate: 0.2 },
+        clear: ConfidenceParams { share: 0.4, most: 0.35, mean: 0.3, rate: 0.05 },
+        still: RotationLimits { least: 0.18, margin: 1.1, rate: 0.1 },
+        turning: RotationLimits { least: 0.03, margin: 1.02, rate: 0.2 },
         turning_frames: 10,
     };
 
-    /// A hypothesis with this rotation, to which follower and memory respond like this together.
+    /// A hypothesis with this rotation, to which tracking filter and memory respond like this together.
     fn hypothesis(rotation: f64, support: f64) -> Hypothesis {
-        let place = Place { rotation, ..PLACE };
+        let pose = Pose { rotation, ..POSE };
         let half = support / 2.0;
-        Hypothesis { place, response: half, memory: half }
+        Hypothesis { pose, response: half, memory: half }
     }
 
     #[test]
@@ -250,7 +253,7 @@ mod tests {
             (true, 0.9, 1.0, true),
         ] {
             assert_eq!(PARAMS.is_measured(turning, memory, mean), measured, "{memory} {mean}");
-            let never = TurnParams { rotate: false, ..PARAMS };
+            let never = RotationParams { rotate: false, ..PARAMS };
             assert!(!never.is_measured(turning, memory, mean));
         }
     }
@@ -275,18 +278,18 @@ mod tests {
 
     #[test]
     fn a_place_is_tried_with_the_rotations_that_it_does_not_have() {
-        let rotations = |measured, place| -> Vec<f64> {
-            let suggestion = Suggestion { rotations: [measured, 0.0], margin: 1.0 };
-            suggestion.places(place).map(|place| place.rotation).collect()
+        let rotations = |measured, pose| -> Vec<f64> {
+            let suggestion = RotationCandidates { rotations: [measured, 0.0], margin: 1.0 };
+            suggestion.poses(pose).map(|pose| pose.rotation).collect()
         };
-        assert_eq!(rotations(0.5, PLACE), [0.5, 0.0]);
-        assert_eq!(rotations(0.2, PLACE), [0.0]);
-        assert_eq!(rotations(0.3, Place { rotation: 0.0, ..PLACE }), [0.3]);
+        assert_eq!(rotations(0.5, POSE), [0.5, 0.0]);
+        assert_eq!(rotations(0.2, POSE), [0.0]);
+        assert_eq!(rotations(0.3, Pose { rotation: 0.0, ..POSE }), [0.3]);
     }
 
     #[test]
     fn a_rotation_is_accepted_if_the_support_grows_by_the_margin() {
-        let suggestion = Suggestion { rotations: [0.5, 0.0], margin: 1.5 };
+        let suggestion = RotationCandidates { rotations: [0.5, 0.0], margin: 1.5 };
         // The support of the unturned place, of the measured rotation and of the upright one; the
         // rotation that is accepted.
         for (unturned, measured, upright, accepted) in [
@@ -299,7 +302,7 @@ mod tests {
         ] {
             let turned = [hypothesis(0.5, measured), hypothesis(0.0, upright)];
             let found = suggestion.accept(&hypothesis(0.2, unturned), turned.into_iter());
-            let found = found.map(|hypothesis| hypothesis.place.rotation);
+            let found = found.map(|hypothesis| hypothesis.pose.rotation);
             assert_eq!(found, accepted, "{unturned} {measured} {upright}");
         }
         assert_eq!(suggestion.accept(&hypothesis(0.2, 1.0), std::iter::empty()), None);

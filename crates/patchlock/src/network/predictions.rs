@@ -13,14 +13,14 @@ use crate::vision::geometry::{BoundingBox, Point};
 /// The networks were trained with `x + w / 2` as the centre of a box and as a column of the frame,
 /// half a pixel to the right of where the box is. So it is here; see `benchmarks/record/committee.md`.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct Place {
+pub struct CentredBox {
     /// The centre.
     pub centre: Point,
     /// Width and height.
     pub size: [f64; 2],
 }
 
-impl Place {
+impl CentredBox {
     /// The place of a box.
     pub fn of(bbox: BoundingBox) -> Self {
         let BoundingBox { x, y, w, h } = bbox;
@@ -68,17 +68,17 @@ impl Window {
 
 /// What a network says of a window. The cells are in rows, from the top left.
 #[derive(Debug, Clone, Default)]
-pub struct Look {
+pub struct CellPredictions {
     /// The score of each cell: how sure the network is that the target's centre is there, from 0
     /// to 1.
     pub scores: Vec<f64>,
     /// The logarithm of the odds that belong to each score.
     pub logits: Vec<f64>,
     /// The target's box in the frame, as each cell sees it.
-    pub places: Vec<Place>,
+    pub places: Vec<CentredBox>,
 }
 
-impl Look {
+impl CellPredictions {
     /// The largest logit among the cells in the middle.
     pub fn centre_logit(&self) -> f64 {
         let side = self.logits.len().isqrt();
@@ -96,7 +96,7 @@ impl Look {
     }
 
     /// Adds a cell. A number that is not finite counts as the smallest score and the old place.
-    pub(super) fn push(&mut self, logit: f64, place: Place, last: Place) {
+    pub(super) fn push(&mut self, logit: f64, place: CentredBox, last: CentredBox) {
         let logit = if logit.is_finite() { logit } else { -1e3 };
         self.logits.push(logit);
         self.scores.push(logistic(logit));
@@ -104,11 +104,11 @@ impl Look {
     }
 }
 
-/// What a family makes of a look, by the rules that were published with it.
+/// What a family makes of the predictions, by the rules that were published with it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Settled {
+pub struct Detection {
     /// The new place.
-    pub place: Place,
+    pub place: CentredBox,
     /// The score of the chosen cell, from 0 to 1.
     pub score: f64,
     /// The chosen cell.
@@ -127,7 +127,7 @@ pub struct Buffers {
     pub(super) program: ProgramScratch,
     pub(super) features: [Vec<f32>; 1],
     pub(super) outputs: Vec<Vec<f32>>,
-    pub(crate) look: Look,
+    pub(crate) predictions: CellPredictions,
 }
 
 /// The probability with these logarithmic odds.
@@ -161,25 +161,25 @@ pub(super) fn largest(values: impl Iterator<Item = f64>) -> usize {
 mod tests {
     use super::*;
 
-    const LAST: Place = Place { centre: [5.0, 4.0], size: [3.0, 2.0] };
+    const LAST: CentredBox = CentredBox { centre: [5.0, 4.0], size: [3.0, 2.0] };
 
     #[test]
     fn a_place_is_a_box() {
         let bbox = BoundingBox { x: 3.5, y: -2.0, w: 3.0, h: 8.0 };
-        let place = Place::of(bbox);
-        assert_eq!(place, Place { centre: [5.0, 2.0], size: [3.0, 8.0] });
+        let place = CentredBox::of(bbox);
+        assert_eq!(place, CentredBox { centre: [5.0, 2.0], size: [3.0, 8.0] });
         assert_eq!(place.bbox(), bbox);
         assert!(place.is_sound());
         for size in [[0.0, 1.0], [1.0, -1.0], [f64::NAN, 1.0], [1.0, f64::INFINITY]] {
-            assert!(!Place { size, ..place }.is_sound(), "{size:?}");
+            assert!(!CentredBox { size, ..place }.is_sound(), "{size:?}");
         }
-        assert!(!Place { centre: [f64::NAN, 0.0], ..place }.is_sound());
+        assert!(!CentredBox { centre: [f64::NAN, 0.0], ..place }.is_sound());
     }
 
     #[test]
     fn what_is_not_finite_has_no_score_and_the_last_place() {
-        let place = Place { centre: [0.0; 2], size: [1.0; 2] };
-        let unsound = Place { size: [-1.0; 2], ..place };
+        let place = CentredBox { centre: [0.0; 2], size: [1.0; 2] };
+        let unsound = CentredBox { size: [-1.0; 2], ..place };
         for (logit, given, score, kept) in [
             (0.0, place, 0.5, place),
             (1e9, place, 1.0, place),
@@ -188,10 +188,14 @@ mod tests {
             (f64::INFINITY, place, 0.0, place),
             (0.0, unsound, 0.5, LAST),
         ] {
-            let mut look = Look::default();
-            look.push(logit, given, LAST);
-            assert_eq!((look.scores[0], look.places[0]), (score, kept), "{logit} {given:?}");
-            assert!(look.logits[0].is_finite());
+            let mut predictions = CellPredictions::default();
+            predictions.push(logit, given, LAST);
+            assert_eq!(
+                (predictions.scores[0], predictions.places[0]),
+                (score, kept),
+                "{logit} {given:?}"
+            );
+            assert!(predictions.logits[0].is_finite());
         }
     }
 
