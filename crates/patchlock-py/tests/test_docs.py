@@ -6,6 +6,7 @@ line before it.
 
 from __future__ import annotations
 
+import csv
 import importlib.util
 import json
 import re
@@ -96,6 +97,25 @@ def test_links_within_the_repository_lead_somewhere(page):
         file = page.parent / path if path else page
         assert file.exists(), f"{link}: there is no such file"
         assert not part or part in parts(file), f"{link}: the page has no such heading"
+
+
+def test_figures_of_the_readme_are_those_of_the_records():
+    readme, record = (ROOT / name for name in ("README.md", "benchmarks/record/results.md"))
+
+    def figures(page, row):
+        line = next(line for line in page.read_text().splitlines() if re.match(rf"\| \W*{row}", line))
+        return [float(cell) for cell in re.findall(r"\| \W*?(\.\d+)", line)]
+
+    for ours, theirs in [("all 40 dev", "these 40"), ("39 targets", "unseen, 39")]:
+        assert figures(readme, ours) == figures(record, theirs) != []
+    with (ROOT / "benchmarks/record/key-frames.csv").open() as file:
+        rows = [row for row in csv.DictReader(file) if row["frames"]]
+    words = " ".join(readme.read_text().split())
+    said = r"On (\d+) development targets this takes \[(\S+) key frames.*? takes (\S+), and .*? CSRT (\S+)\. "
+    count, *means = re.search(said, words).groups()
+    assert int(count) == len(rows)
+    for mean, column in zip(means, ("patchlock", "interpolation", "csrt")):
+        assert float(mean) == pytest.approx(sum(float(row[column]) for row in rows) / len(rows), abs=0.05)
 
 
 def test_the_site_has_the_help_of_every_command():

@@ -57,8 +57,8 @@ pub(crate) struct Decision {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Verdict {
     pub status: Status,
-    /// The probability that the box overlaps the target by at least half; at most 0.5 while it is
-    /// lost.
+    /// The probability that the box overlaps the target by at least half; at most `score_lost` once
+    /// the target is given up.
     pub score: f64,
 }
 
