@@ -118,6 +118,12 @@ def test_figures_of_the_readme_are_those_of_the_records():
         assert float(mean) == pytest.approx(sum(float(row[column]) for row in rows) / len(rows), abs=0.05)
 
 
+def test_remedies_are_settings_that_users_change():
+    page = (ROOT / "docs/symptoms.md").read_text()
+    named = set(re.findall(r"`(?:--set )?(\w+)=[\w.]+`", page))
+    assert {"search", "found_above", "sigma_x"} <= named <= {parameter.name for parameter in patchlock.parameters()}
+
+
 def test_the_site_has_the_help_of_every_command():
     spec = importlib.util.spec_from_file_location("command_line", ROOT / "tools/python/command_line.py")
     hook = importlib.util.module_from_spec(spec)
