@@ -1,4 +1,4 @@
-"""Runs the Python code of the documentation as written, page by page, in order.
+"""Runs the Python code of the documentation as written, page by page, in order, and follows its links.
 
 Code that needs a dataset or a cluster is skipped if a comment such as `<!-- not run: needs OTB -->` is on the
 line before it.
@@ -6,6 +6,8 @@ line before it.
 
 from __future__ import annotations
 
+import csv
+import importlib.util
 import json
 import re
 import subprocess
@@ -20,6 +22,8 @@ import patchlock
 
 ROOT = Path(__file__).parents[3]
 PAGES = [ROOT / "README.md", ROOT / "crates/patchlock-py/README.md", *sorted((ROOT / "docs").glob("*.md"))]
+FOLDERS = ["", "benchmarks/", "benchmarks/record/", "crates/*/", "docs/", "joss/", "tools/*/"]
+MARKDOWN = sorted(page for folder in FOLDERS for page in ROOT.glob(f"{folder}*.md"))
 NOTEBOOKS = sorted((ROOT / "docs/notebooks").glob("*.ipynb"))
 CODE = re.compile(r"(?<! -->\n\n)^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 LEFT_OUT = re.compile(r"^<!-- not run: \S.* -->\n\n```python$", re.MULTILINE)
@@ -71,6 +75,65 @@ def run(page: Path) -> dict[str, Any]:
 def test_no_code_is_skipped_without_a_reason(page):
     text = page.read_text()
     assert text.count("```python") == len(CODE.findall(text)) + len(LEFT_OUT.findall(text))
+
+
+def parts(page: Path) -> set[str]:
+    """What a link may name in a page: its headings, as GitHub and mkdocs write them."""
+    text = re.sub(r"^ *```.*?^ *```$", "", page.read_text(), flags=re.MULTILINE | re.DOTALL)
+    headings = re.findall(r"^#+ (.*)$", text, re.MULTILINE)
+    return {re.sub(r"[^\w -]", "", heading.lower()).strip().replace(" ", "-") for heading in headings}
+
+
+@pytest.mark.parametrize("page", MARKDOWN, ids=lambda page: str(page.relative_to(ROOT)))
+def test_links_within_the_repository_lead_somewhere(page):
+    text = re.sub(r"^ *```.*?^ *```$", "", page.read_text(), flags=re.MULTILINE | re.DOTALL)
+    links = re.findall(r"\]\(([^)\s]+)\)", text) + re.findall(r"^\[[^]]+\]:\s+(\S+)", text, re.MULTILINE)
+    for link in links:
+        # Pages of the site and of packages name files of the repository by their address.
+        place = re.sub(r"^https://github.com/patchlock/patchlock/blob/main/", f"{ROOT}/", link)
+        if re.match(r"[a-z]+:", place):
+            continue
+        path, _, part = place.partition("#")
+        file = page.parent / path if path else page
+        assert file.exists(), f"{link}: there is no such file"
+        assert not part or part in parts(file), f"{link}: the page has no such heading"
+
+
+def test_figures_of_the_readme_are_those_of_the_records():
+    readme, record = (ROOT / name for name in ("README.md", "benchmarks/record/results.md"))
+
+    def figures(page, row):
+        line = next(line for line in page.read_text().splitlines() if re.match(rf"\| \W*{row}", line))
+        return [float(cell) for cell in re.findall(r"\| \W*?(\.\d+)", line)]
+
+    for ours, theirs in [("all 40 dev", "these 40"), ("39 targets", "unseen, 39")]:
+        assert figures(readme, ours) == figures(record, theirs) != []
+    with (ROOT / "benchmarks/record/key-frames.csv").open() as file:
+        rows = [row for row in csv.DictReader(file) if row["frames"]]
+    words = " ".join(readme.read_text().split())
+    said = r"On (\d+) development targets this takes \[(\S+) key frames.*? takes (\S+), and .*? CSRT (\S+)\. "
+    count, *means = re.search(said, words).groups()
+    assert int(count) == len(rows)
+    for mean, column in zip(means, ("patchlock", "interpolation", "csrt")):
+        assert float(mean) == pytest.approx(sum(float(row[column]) for row in rows) / len(rows), abs=0.05)
+
+
+def test_remedies_are_settings_that_users_change():
+    page = (ROOT / "docs/symptoms.md").read_text()
+    named = set(re.findall(r"`(?:--set )?(\w+)=[\w.]+`", page))
+    assert {"search", "found_above", "sigma_x"} <= named <= {parameter.name for parameter in patchlock.parameters()}
+
+
+def test_the_site_has_the_help_of_every_command():
+    spec = importlib.util.spec_from_file_location("command_line", ROOT / "tools/python/command_line.py")
+    hook = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(hook)
+    page = hook.page()
+    assert page.startswith("# The command line\n")
+    for command in ("track", "studio", "export", "bench", "man"):
+        block = page.split(f"\n## {command}\n\n```text\n")[1].split("```")[0]
+        assert f"Usage: patchlock {command} " in block and "EXAMPLES:" in block
+    assert page.count("\n## ") > 10 and page.count("```") == 2 * page.count("```text")
 
 
 @pytest.mark.parametrize("file", NOTEBOOKS, ids=lambda file: file.stem)

@@ -122,11 +122,6 @@ struct CrateReadme;
 #[doc = include_str!("../../../docs/embedding.md")]
 struct Embedding;
 
-/// Compiles and runs the example of the page that compares the languages.
-#[cfg(doctest)]
-#[doc = include_str!("../../../docs/side-by-side.md")]
-struct SideBySide;
-
 /// Compiles the examples of the page on networks.
 #[cfg(all(doctest, feature = "network"))]
 #[doc = include_str!("../../../docs/networks.md")]

@@ -26,7 +26,7 @@ pub fn track(error: &patchlock_track::Error) -> Option<String> {
     use patchlock_track::Error;
     match error {
         Error::Media(error) => media(error),
-        Error::Export(_) => Some("docs/annotating.md says what each format holds".to_string()),
+        Error::Export(_) => Some("docs/many-targets.md says what each format holds".to_string()),
         _ => error.advice(),
     }
 }
