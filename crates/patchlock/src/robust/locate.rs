@@ -1,6 +1,7 @@
 //! The filter that tracks: from the place on the last frame to the one on this frame, whose rotation
 //! and size are then measured.
 
+use super::camera::{CameraBuffers, CameraRotation, MARGIN};
 use super::colours::ColourModel;
 use super::hypothesis::Hypothesis;
 use super::memory::Memory;
@@ -25,6 +26,7 @@ pub(crate) struct Locator {
     tracking_filter: TrackingFilter,
     colours: ColourModel,
     rotation: RotationEstimator,
+    camera: CameraRotation,
     size: ScaleEstimator,
 }
 
@@ -34,6 +36,7 @@ pub(crate) struct SavedLocator {
     tracking_filter: SavedNumbers,
     colours: Histograms,
     rotation: SavedRotationEstimator,
+    camera: CameraRotation,
     size: SavedScale,
 }
 
@@ -45,6 +48,7 @@ pub(crate) struct LocatorScratch {
     map: MapScratch,
     filter: FilterScratch,
     rotation: RotationScratch,
+    camera: CameraBuffers,
     size: ScaleScratch,
 }
 
@@ -69,6 +73,7 @@ impl Locator {
             tracking_filter: TrackingFilter::begin(sample, config, &mut scratch.filter),
             colours: ColourModel::begin(sample, config, &mut scratch.map),
             rotation: RotationEstimator::begin(frame, region, config, &mut scratch.rotation),
+            camera: CameraRotation::begin(frame, config.rotate, &mut scratch.camera),
             size: ScaleEstimator::begin(frame, region, window, config, &mut scratch.size),
         }
     }
@@ -79,6 +84,7 @@ impl Locator {
             tracking_filter: self.tracking_filter.saved(),
             colours: self.colours.saved(),
             rotation: self.rotation.saved(),
+            camera: self.camera.clone(),
             size: self.size.saved(),
         }
     }
@@ -92,11 +98,15 @@ impl Locator {
         window: &Window,
         config: &RobustConfig,
     ) -> Result<Self, &'static str> {
-        let SavedLocator { tracking_filter, colours, rotation, size } = saved;
+        let SavedLocator { tracking_filter, colours, rotation, camera, size } = saved;
+        if !camera.is_sound() || camera.follows() != config.rotate {
+            return Err("the rotation of the camera is damaged");
+        }
         Ok(Self {
             tracking_filter: TrackingFilter::restore(tracking_filter, window, config)?,
             colours: ColourModel::restore(colours, config)?,
             rotation: RotationEstimator::restore(rotation, config)?,
+            camera,
             size: ScaleEstimator::restore(size, window, config)?,
         })
     }
@@ -121,9 +131,26 @@ impl Locator {
         scratch: &mut LocatorScratch,
     ) -> Pose {
         let followed = self.follow(context, last, sample, scratch);
+        let followed = self.turned_with_camera(context, followed, sample, scratch);
         let pose = self.turned(context, followed, sample, scratch);
         let pose = self.size.measured(context.frame, pose, &mut scratch.size);
         context.window.keep(pose, context.frame)
+    }
+
+    /// The hypothesis turned with the camera, if tracking filter and memory respond stronger to it.
+    fn turned_with_camera(
+        &mut self,
+        context: FrameContext<'_>,
+        followed: Hypothesis,
+        sample: &mut SampleBuffers,
+        scratch: &mut LocatorScratch,
+    ) -> Hypothesis {
+        let Some(turned) = self.camera.advance(context.frame, &mut scratch.camera) else {
+            return followed;
+        };
+        let pose = Pose { rotation: followed.pose.rotation + turned, ..followed.pose };
+        let turned = self.follow(context, pose, sample, scratch);
+        if turned.support() > MARGIN * followed.support() { turned } else { followed }
     }
 
     /// The place that was followed, with another rotation if one is measured to which tracking filter and

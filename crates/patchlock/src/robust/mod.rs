@@ -3,6 +3,7 @@
 //! over sure frames is the memory: it says how sure a place is, and finds the target again after a
 //! loss. The paper's patch model says which parts are visible.
 
+mod camera;
 mod colours;
 mod evidence;
 mod hypothesis;

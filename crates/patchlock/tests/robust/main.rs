@@ -2,6 +2,7 @@
 //! or is partly hidden.
 
 mod absences;
+mod camera;
 mod hidden_side;
 mod turn;
 
