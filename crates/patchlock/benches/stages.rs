@@ -7,7 +7,7 @@ mod definition;
 mod setup;
 
 use divan::{Bencher, black_box};
-use patchlock::patch_model::model::{LookScratch, PatchModel};
+use patchlock::patch_model::model::{PatchErrorScratch, PatchModel};
 use patchlock::patch_model::sparse::codes::Code;
 use patchlock::patch_model::sparse::somp::batched;
 use patchlock::vision::frame::GreyImage;
@@ -78,7 +78,7 @@ fn look(bencher: Bencher<'_, '_>, small_step: usize) {
     let model = PatchModel::begin(&bench.image, &state.matrix(), params);
     let near = State { x: state.x + 0.4, y: state.y - 0.3, ..state };
     let candidate = setup::candidate(&bench.image, &near);
-    let (mut scratch, mut visibility) = (LookScratch::default(), Visibility::default());
+    let (mut scratch, mut visibility) = (PatchErrorScratch::default(), Visibility::default());
     bencher.bench_local(|| {
         let errors = model.look(black_box(&candidate), &mut scratch);
         errors.visibility(params.likelihood.epsilon, &mut visibility);

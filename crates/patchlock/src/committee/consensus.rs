@@ -58,7 +58,7 @@ pub(crate) const NETWORK: Weights = Weights {
 
 /// What is said of the place to which a member follows the target.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Opinion {
+pub(super) struct Vote {
     bbox: BoundingBox,
     /// The logarithm of the odds that the member gives it.
     log_odds: f64,
@@ -116,7 +116,7 @@ impl ConsensusParams {
     }
 }
 
-impl Opinion {
+impl Vote {
     /// What a member says of its own place.
     pub fn own(estimate: &Estimate, weights: &'static Weights) -> Self {
         let score = estimate.score.clamp(LEAST_ODDS, 1.0 - LEAST_ODDS);
@@ -141,14 +141,14 @@ impl Weights {
 
 impl Consensus {
     /// What members say together; there is at least one, and at most 64.
-    pub fn of(opinions: &[Opinion], params: &ConsensusParams) -> Self {
-        let groups = opinions.iter().map(|seed| Group::around(seed, opinions, params));
+    pub fn of(votes: &[Vote], params: &ConsensusParams) -> Self {
+        let groups = votes.iter().map(|seed| Group::around(seed, votes, params));
         let more =
             |best: Group, group: Group| if group.evidence > best.evidence { group } else { best };
         let Group { members, overlap, .. } = groups.reduce(more).unwrap_or_default();
-        let of_group = || opinions.iter().enumerate().filter(move |(k, _)| members >> k & 1 == 1);
+        let of_group = || votes.iter().enumerate().filter(move |(k, _)| members >> k & 1 == 1);
         let largest = of_group().max_by(|(_, a), (_, b)| a.log_odds.total_cmp(&b.log_odds));
-        let (leader, first) = largest.unwrap_or((0, &opinions[0]));
+        let (leader, first) = largest.unwrap_or((0, &votes[0]));
         let sum = match members.count_ones() {
             0 | 1 => ALONE + first.weights.alone * first.in_range(),
             _ => {
@@ -172,7 +172,7 @@ impl Consensus {
     }
 }
 
-impl Opinion {
+impl Vote {
     fn in_range(&self) -> f64 {
         let [least, most] = self.weights.range;
         self.log_odds.clamp(least, most)
@@ -191,14 +191,14 @@ struct Group {
 
 impl Group {
     /// The members that agree with one of them.
-    fn around(seed: &Opinion, opinions: &[Opinion], params: &ConsensusParams) -> Self {
+    fn around(seed: &Vote, votes: &[Vote], params: &ConsensusParams) -> Self {
         let (mut group, mut overlaps) = (Self::default(), 0.0);
-        for (k, opinion) in opinions.iter().enumerate() {
-            let is_seed = std::ptr::eq(seed, opinion);
-            let overlap = seed.bbox.overlap(&opinion.bbox);
+        for (k, vote) in votes.iter().enumerate() {
+            let is_seed = std::ptr::eq(seed, vote);
+            let overlap = seed.bbox.overlap(&vote.bbox);
             if is_seed || overlap > params.agree_overlap {
                 group.members |= 1 << k;
-                group.evidence += opinion.evidence;
+                group.evidence += vote.evidence;
                 overlaps += if is_seed { 0.0 } else { overlap };
             }
         }
@@ -209,9 +209,9 @@ impl Group {
 
 /// The mean of boxes, weighed by the log odds of their members: of the centres, and of the
 /// logarithms of the sizes.
-fn mean_box<'a>(members: impl Iterator<Item = &'a Opinion>) -> BoundingBox {
+fn mean_box<'a>(members: impl Iterator<Item = &'a Vote>) -> BoundingBox {
     let (mut centre, mut size, mut weights) = ([0.0; 2], [0.0; 2], 0.0);
-    for Opinion { bbox, log_odds, .. } in members {
+    for Vote { bbox, log_odds, .. } in members {
         let weight = (SHARE * log_odds).exp();
         let (at, sides) = (bbox.centre(), [bbox.w, bbox.h]);
         for axis in 0..2 {
@@ -236,9 +236,9 @@ mod tests {
     const AWAY: BoundingBox = BoundingBox { x: 90.0, ..HERE };
 
     /// What a member says that gives its box these log odds.
-    fn says(bbox: BoundingBox, log_odds: f64, weights: &'static Weights) -> Opinion {
+    fn says(bbox: BoundingBox, log_odds: f64, weights: &'static Weights) -> Vote {
         let estimate = Estimate { bbox, score: logistic(log_odds), ..Estimate::empty() };
-        Opinion::own(&estimate, weights)
+        Vote::own(&estimate, weights)
     }
 
     fn logistic(sum: f64) -> f64 {
@@ -265,12 +265,12 @@ mod tests {
             // A network is never surer than its range says.
             ((HERE, 2.0), (AWAY, 9.0), Some(2.0), vec![0]),
         ] {
-            let mut opinions =
+            let mut votes =
                 [says(filters.0, filters.1, &FILTERS), says(network.0, network.1, &NETWORK)];
             if let Some(judged) = judged {
-                opinions[0].add_judgement(judged, &NETWORK);
+                votes[0].add_judgement(judged, &NETWORK);
             }
-            let consensus = Consensus::of(&opinions, &PARAMS);
+            let consensus = Consensus::of(&votes, &PARAMS);
             assert_eq!(believed(&consensus), expected, "{filters:?} {network:?} {judged:?}");
             assert_eq!(consensus.agrees(), expected.len() > 1);
         }
@@ -297,8 +297,8 @@ mod tests {
             ([HERE, AWAY], [-3.0, 3.0], 0.48 * 3.0 - 0.26),
             ([HERE, AWAY], [2.0, -4.0], 0.65 * 2.0 - 0.26),
         ] {
-            let opinions = [says(boxes[0], odds[0], &FILTERS), says(boxes[1], odds[1], &NETWORK)];
-            let Consensus { score, .. } = Consensus::of(&opinions, &PARAMS);
+            let votes = [says(boxes[0], odds[0], &FILTERS), says(boxes[1], odds[1], &NETWORK)];
+            let Consensus { score, .. } = Consensus::of(&votes, &PARAMS);
             assert!((score - logistic(sum)).abs() < 1e-9, "{boxes:?} {odds:?}: {score}");
         }
     }
@@ -344,8 +344,8 @@ mod tests {
     fn scores_of_0_and_1_are_odds_that_can_be_computed_with() {
         for (score, log_odds) in [(0.0, -9.2), (1.0, 9.2), (0.5, 0.0)] {
             let estimate = Estimate { bbox: HERE, score, ..Estimate::empty() };
-            let opinion = Opinion::own(&estimate, &FILTERS);
-            assert!((opinion.log_odds - log_odds).abs() < 0.02, "{score}");
+            let vote = Vote::own(&estimate, &FILTERS);
+            assert!((vote.log_odds - log_odds).abs() < 0.02, "{score}");
         }
     }
 }

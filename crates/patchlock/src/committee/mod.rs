@@ -9,7 +9,7 @@ use crate::network_error::NetworkError;
 use crate::numeric::parallel::*;
 use crate::observe::{CommitteeView, FrameView, MemberView, Observer};
 use crate::target_tracker::{Input, Scratch, TargetTracker};
-use consensus::{Consensus, ConsensusParams, Opinion, Weights};
+use consensus::{Consensus, ConsensusParams, Vote, Weights};
 pub(crate) use consensus::{FILTERS, NETWORK};
 
 /// A target that several trackers follow.
@@ -18,7 +18,7 @@ pub(crate) struct Committee {
     members: Vec<Member>,
     params: ConsensusParams,
     /// What is said of the current frame. No frame depends on it.
-    opinions: Vec<Opinion>,
+    votes: Vec<Vote>,
 }
 
 /// A tracker of a committee.
@@ -38,7 +38,7 @@ struct MemberScratches(Vec<Scratch>);
 impl Committee {
     /// A committee of these members, which have begun on the same target.
     pub fn new(members: Vec<Member>, config: &RobustConfig) -> Self {
-        Self { members, params: ConsensusParams::new(config), opinions: Vec::new() }
+        Self { members, params: ConsensusParams::new(config), votes: Vec::new() }
     }
 
     /// Its members, in a fixed order.
@@ -66,15 +66,14 @@ impl Committee {
     }
 
     /// Collects what members say of their own places, and of those of others that they disagree with.
-    fn collect_opinions(
+    fn collect_votes(
         &mut self,
         input: Input<'_>,
         scratches: &mut [Scratch],
     ) -> Result<(), NetworkError> {
-        let Self { members, params, opinions } = self;
-        opinions.clear();
-        opinions
-            .extend(members.iter().map(|member| Opinion::own(&member.estimate, member.weights)));
+        let Self { members, params, votes } = self;
+        votes.clear();
+        votes.extend(members.iter().map(|member| Vote::own(&member.estimate, member.weights)));
         for (k, (judge, scratch)) in members.iter().zip(scratches).enumerate() {
             for (place, member) in members.iter().enumerate() {
                 let bbox = member.estimate.bbox;
@@ -82,7 +81,7 @@ impl Committee {
                     continue;
                 }
                 if let Some(log_odds) = judge.tracker.log_odds_at(input.frame, bbox, scratch)? {
-                    opinions[place].add_judgement(log_odds, judge.weights);
+                    votes[place].add_judgement(log_odds, judge.weights);
                 }
             }
         }
@@ -115,13 +114,13 @@ impl TargetTracker for Committee {
     ) -> Result<(), NetworkError> {
         let MemberScratches(scratches) = scratch.of();
         self.update_members(input, scratches, &mut observer)?;
-        self.collect_opinions(input, scratches)?;
-        let consensus = Consensus::of(&self.opinions, &self.params);
+        self.collect_votes(input, scratches)?;
+        let consensus = Consensus::of(&self.votes, &self.params);
         if let Some(observer) = observer {
             let members = self.members.iter().enumerate().map(|(k, member)| MemberView {
                 name: member.name,
                 estimate: Estimate { visibility: None, ..member.estimate.clone() },
-                judgement: self.opinions[k].judgement,
+                judgement: self.votes[k].judgement,
                 is_believed: consensus.members().any(|number| number == k),
             });
             let (members, agrees) = (&*members.collect::<Vec<_>>(), consensus.agrees());

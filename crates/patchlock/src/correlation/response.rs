@@ -120,7 +120,7 @@ impl<'a> Response<'a> {
     pub fn peak_with(&self, map: &[f32], weight: f32) -> Peak {
         let sums = self.cells.iter().zip(map).map(|(value, extra)| value + weight * extra);
         let cell = largest(sums).cell;
-        self.climb(Largest { cell, value: self.cells[cell] })
+        self.climb(Maximum { cell, value: self.cells[cell] })
     }
 
     /// The response at a displacement between cells.
@@ -146,7 +146,7 @@ impl<'a> Response<'a> {
     }
 
     /// The peak near a cell.
-    fn climb(&self, Largest { cell, value }: Largest) -> Peak {
+    fn climb(&self, Maximum { cell, value }: Maximum) -> Peak {
         let n = self.fourier.side();
         let start = Peak { shift: [wrap(cell % n, n), wrap(cell / n, n)], value: value.into() };
         let mut shift = start.shift;
@@ -253,14 +253,14 @@ struct Series {
 
 /// The first cell with the largest value.
 #[derive(Clone, Copy)]
-struct Largest {
+struct Maximum {
     cell: usize,
     value: f32,
 }
 
-fn largest(values: impl Iterator<Item = f32>) -> Largest {
-    values.enumerate().fold(Largest { cell: 0, value: f32::MIN }, |best, (cell, value)| {
-        if value > best.value { Largest { cell, value } } else { best }
+fn largest(values: impl Iterator<Item = f32>) -> Maximum {
+    values.enumerate().fold(Maximum { cell: 0, value: f32::MIN }, |best, (cell, value)| {
+        if value > best.value { Maximum { cell, value } } else { best }
     })
 }
 

@@ -73,7 +73,7 @@ pub struct RotationScratch {
 
 /// By how much a target has turned.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Turn {
+pub struct RotationEstimate {
     /// In radians, from x towards y: from -pi to pi.
     pub rotation: f64,
     /// How strongly the filter responded.
@@ -130,7 +130,12 @@ impl RotationFilter {
     }
 
     /// By how much the target in this region has turned since it was learnt.
-    pub fn find(&self, frame: &Frame<'_>, region: Region, scratch: &mut RotationScratch) -> Turn {
+    pub fn find(
+        &self,
+        frame: &Frame<'_>,
+        region: Region,
+        scratch: &mut RotationScratch,
+    ) -> RotationEstimate {
         self.sample(frame, region, scratch);
         let RotationScratch { sample, filter, response, .. } = scratch;
         filter.resize(self.numerator.len(), Complex32::ZERO);
@@ -140,7 +145,7 @@ impl RotationFilter {
             filter.iter_mut().zip(numerator).for_each(|(f, a)| *f = a * scale);
         }
         let peak = Response::new(&self.fourier, filter, sample, response).peak();
-        Turn { rotation: peak.shift[1] * TAU / CELLS as f64, response: peak.value }
+        RotationEstimate { rotation: peak.shift[1] * TAU / CELLS as f64, response: peak.value }
     }
 
     /// Learns the target in this region at this rate.

@@ -1,7 +1,7 @@
 //! NanoTrack, versions 2 and 3 (HonglinChu, <https://github.com/HonglinChu/SiamTrackers>): a
 //! backbone for template and window, and a head that correlates the two.
 //!
-//! The rules of [`Family::settle`] are those of SiamRPN (Li et al. 2018, Sec. 4.3) with the numbers
+//! The rules of [`Family::detect`] are those of SiamRPN (Li et al. 2018, Sec. 4.3) with the numbers
 //! that were published with each version.
 
 use super::family::Family;

@@ -13,7 +13,7 @@ use crate::network_error::NetworkError;
 use crate::observe::{FrameView, Observer, PaperView};
 use crate::patch_model::memory::{LearningScratch, LearningStep};
 use crate::patch_model::model::{
-    Candidates, LookScratch, PatchModel, Wanted, Weighed, cut_candidate,
+    CandidateScores, Candidates, LikelihoodRequest, PatchErrorScratch, PatchModel, cut_candidate,
 };
 use crate::target_tracker::{Input, Scratch, TargetTracker};
 use crate::vision::frame::GreyImage;
@@ -44,8 +44,8 @@ pub(crate) struct PaperTarget {
 #[derive(Debug, Default)]
 pub(crate) struct PaperScratch {
     particles: Particles,
-    weighed: Weighed,
-    look: LookScratch,
+    weighed: CandidateScores,
+    look: PatchErrorScratch,
     learning: LearningScratch,
 }
 
@@ -105,7 +105,7 @@ impl PaperTarget {
         particles.warp(image, &config.patch_params());
         // Patches, joint codes, pooling, weights, likelihoods (Sec. 2.1 to 2.4).
         let candidates = Candidates { samples: particles.candidates(), order: particles.order() };
-        let wanted = if show.is_some() { Wanted::All } else { Wanted::Best };
+        let wanted = if show.is_some() { LikelihoodRequest::All } else { LikelihoodRequest::Best };
         self.model.weigh(candidates, wanted, weighed);
         // The estimate is the most likely particle (Eq. 23).
         let best = particles::most_likely(weighed.likelihoods());
@@ -120,7 +120,7 @@ impl PaperTarget {
         let learned = self.model.learn((candidate, visibility), step, &mut self.rng, learning);
         self.finish_estimate(estimate);
         if let Some(show) = show {
-            let shown = view::Shown { particles, weighed, learning, best, learned: &learned };
+            let shown = view::ViewParts { particles, weighed, learning, best, learned: &learned };
             show(shown.view(self.frames, &self.model));
         }
     }

@@ -2,20 +2,20 @@
 
 use super::particles::Particles;
 use crate::observe::{PaperView, PatchView, UpdateView};
-use crate::patch_model::memory::{Learned, LearningScratch};
-use crate::patch_model::model::{PatchModel, Weighed};
+use crate::patch_model::memory::{LearningChanges, LearningScratch};
+use crate::patch_model::model::{CandidateScores, PatchModel};
 use crate::patch_model::scale::PatchScores;
 
 /// The parts of a frame that a view is made from.
-pub(crate) struct Shown<'a> {
+pub(crate) struct ViewParts<'a> {
     pub particles: &'a Particles,
-    pub weighed: &'a Weighed,
+    pub weighed: &'a CandidateScores,
     pub learning: &'a LearningScratch,
     pub best: usize,
-    pub learned: &'a Learned,
+    pub learned: &'a LearningChanges,
 }
 
-impl<'a> Shown<'a> {
+impl<'a> ViewParts<'a> {
     pub fn view(&self, frame: u64, model: &'a PatchModel) -> PaperView<'a> {
         let Self { particles, weighed, learning, best, learned } = *self;
         let patches = |scores: &PatchScores| {

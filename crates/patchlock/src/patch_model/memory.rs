@@ -39,7 +39,7 @@ pub struct LearningStep {
 
 /// What a learning step changed.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Learned {
+pub struct LearningChanges {
     /// The index of the template that was replaced. The new one is the last.
     pub replaced: Option<usize>,
     /// Whether the large buffer took the candidate.
@@ -102,9 +102,9 @@ impl PatchMemory {
         params: &PatchParams,
         rng: &mut Pcg64,
         scratch: &mut LearningScratch,
-    ) -> Learned {
+    ) -> LearningChanges {
         let learning = &params.learning;
-        let mut learned = Learned::default();
+        let mut learned = LearningChanges::default();
         if step.templates {
             self.subspace.add(&self.batch, &learning.subspace, &mut scratch.subspace);
             scratch.spare.append(&mut self.batch);

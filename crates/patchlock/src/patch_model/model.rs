@@ -9,14 +9,14 @@
 //! - [`PatchModel::learn`] takes a tracked candidate in. The caller decides when.
 
 use super::likelihood::Feature;
-use super::memory::{Learned, LearningScratch, LearningStep, PatchMemory};
+use super::memory::{LearningChanges, LearningScratch, LearningStep, PatchMemory};
 use super::params::PatchParams;
 use super::pruning::Pruning;
 use super::scale::{CodingScratch, PatchScores, Scale};
 use super::templates;
 use super::visibility::{Visibility, VisibilityMap};
-pub use super::weighing::Wanted;
-use super::weighing::{Coding, ThreadBuffers, Weighing};
+pub use super::weighing::LikelihoodRequest;
+use super::weighing::{CandidateBatch, Coding, ThreadBuffers};
 use crate::numeric::parallel::*;
 use crate::vision::frame::GreyImage;
 use crate::vision::patches::{normalise, similarity};
@@ -45,7 +45,7 @@ pub struct Candidates<'a> {
 /// The likelihoods and patch scores of the candidates that were weighed last, and the buffers to
 /// weigh with.
 #[derive(Debug, Default)]
-pub struct Weighed {
+pub struct CandidateScores {
     likelihoods: Vec<f64>,
     large: PatchScores,
     small: PatchScores,
@@ -58,7 +58,7 @@ pub struct Weighed {
 
 /// Buffers of [`PatchModel::look`].
 #[derive(Debug, Default)]
-pub struct LookScratch {
+pub struct PatchErrorScratch {
     coding: CodingScratch,
     large: Vec<f64>,
     small: Vec<f64>,
@@ -117,8 +117,12 @@ impl PatchModel {
     /// [`cut_candidate`] makes of the matrix of
     /// [`State::from_box`](crate::vision::state::State::from_box). The benchmark `look` times it.
     /// Nothing is allocated once the buffers have grown, and nothing is learned.
-    pub fn look<'a>(&self, candidate: &[f32], scratch: &'a mut LookScratch) -> PatchErrors<'a> {
-        let LookScratch { coding, large, small } = scratch;
+    pub fn look<'a>(
+        &self,
+        candidate: &[f32],
+        scratch: &'a mut PatchErrorScratch,
+    ) -> PatchErrors<'a> {
+        let PatchErrorScratch { coding, large, small } = scratch;
         for (scale, errors) in [(&self.large, &mut *large), (&self.small, &mut *small)] {
             errors.clear();
             scale.code_everywhere(candidate, coding, |_, feature| errors.push(feature.error));
@@ -132,14 +136,19 @@ impl PatchModel {
     /// The likelihoods of many candidates (Eq. 24), all of them or those that can be the most
     /// likely one. The work is shared by the `rayon` pool of the caller; the likelihoods are the
     /// same on any number of threads.
-    pub fn weigh(&self, candidates: Candidates<'_>, wanted: Wanted, out: &mut Weighed) {
+    pub fn weigh(
+        &self,
+        candidates: Candidates<'_>,
+        wanted: LikelihoodRequest,
+        out: &mut CandidateScores,
+    ) {
         let length = self.params.template_side * self.params.template_side;
         out.rank(candidates, self.memory.last_template());
-        let Weighed { likelihoods, large, small, buffers, pruning, .. } = out;
+        let CandidateScores { likelihoods, large, small, buffers, pruning, .. } = out;
         let count = candidates.order.len();
         large.begin(count, self.large.grid().locations());
         small.begin(count, self.small.grid().locations());
-        let mut weighing = Weighing {
+        let mut weighing = CandidateBatch {
             coding: Coding::new((candidates.samples, length), (&self.large, &self.small), buffers),
             params: self.params.likelihood,
             large_scores: large,
@@ -154,7 +163,7 @@ impl PatchModel {
     }
 
     /// Which patches of a candidate that was weighed are visible. It must be one that was wanted.
-    pub fn visibility(&self, weighed: &Weighed, candidate: usize, out: &mut Visibility) {
+    pub fn visibility(&self, weighed: &CandidateScores, candidate: usize, out: &mut Visibility) {
         let fill = |map: &mut VisibilityMap, scale: &Scale, scores: &PatchScores| {
             let visible = scores.features(candidate).map(|f| self.params.likelihood.visible(&f));
             map.fill(scale.grid().per_side(), visible);
@@ -182,7 +191,7 @@ impl PatchModel {
         step: LearningStep,
         rng: &mut Pcg64,
         scratch: &mut LearningScratch,
-    ) -> Learned {
+    ) -> LearningChanges {
         let learned = self.memory.learn(tracked, step, &self.params, rng, scratch);
         let memory = &self.memory;
         self.large.learn(
@@ -199,7 +208,7 @@ impl PatchModel {
     }
 }
 
-impl Weighed {
+impl CandidateScores {
     /// The likelihood of each candidate; minus infinity for one that was not wanted.
     pub fn likelihoods(&self) -> &[f64] {
         &self.likelihoods

@@ -12,7 +12,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError, RwLock};
 
 /// The candidates whose likelihoods are wanted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Wanted {
+pub enum LikelihoodRequest {
     /// All of them.
     All,
     /// The most likely one. The others may have minus infinity.
@@ -21,7 +21,7 @@ pub enum Wanted {
 
 /// The candidates of a frame and their scores.
 #[derive(Debug)]
-pub struct Weighing<'a> {
+pub struct CandidateBatch<'a> {
     /// What codes are made from.
     pub coding: Coding<'a>,
     /// How features become likelihoods.
@@ -136,17 +136,17 @@ impl<'a> Coding<'a> {
     }
 }
 
-impl Weighing<'_> {
+impl CandidateBatch<'_> {
     /// Codes the candidates with a team of threads: all of them everywhere, or until those that
     /// remain are coded everywhere and the most likely one is among them.
-    pub fn run(&mut self, wanted: Wanted, pruning: &mut Pruning) {
+    pub fn run(&mut self, wanted: LikelihoodRequest, pruning: &mut Pruning) {
         let coding = self.coding;
         let locations = (coding.large.grid().locations(), coding.small.grid().locations());
         ThreadTeam::run(&|task| coding.run_task(task), |team| {
-            let mut weighing = TeamWeighing { weighing: self, team };
+            let mut weighing = TeamBatch { weighing: self, team };
             match wanted {
-                Wanted::All => pruning.code_all(locations, &mut weighing),
-                Wanted::Best => pruning.run(locations, &mut weighing),
+                LikelihoodRequest::All => pruning.code_all(locations, &mut weighing),
+                LikelihoodRequest::Best => pruning.run(locations, &mut weighing),
             }
         });
     }
@@ -163,14 +163,14 @@ impl Weighing<'_> {
 }
 
 /// A weighing together with the threads that share its coding.
-struct TeamWeighing<'a, 'b> {
-    weighing: &'a mut Weighing<'b>,
+struct TeamBatch<'a, 'b> {
+    weighing: &'a mut CandidateBatch<'b>,
     team: &'a ThreadTeam<'a>,
 }
 
-impl UpperBounds for TeamWeighing<'_, '_> {
+impl UpperBounds for TeamBatch<'_, '_> {
     fn code(&mut self, size: ScaleSize, candidates: &[u32], locations: &[u32]) {
-        let Weighing { coding, large_scores, small_scores, .. } = &mut *self.weighing;
+        let CandidateBatch { coding, large_scores, small_scores, .. } = &mut *self.weighing;
         let all_scores = match size {
             ScaleSize::Large => &mut **large_scores,
             ScaleSize::Small => &mut **small_scores,
@@ -189,7 +189,7 @@ impl UpperBounds for TeamWeighing<'_, '_> {
     }
 
     fn gain_at_most(&self, size: ScaleSize, location: u32) -> f64 {
-        let Weighing { params, coding, .. } = &*self.weighing;
+        let CandidateBatch { params, coding, .. } = &*self.weighing;
         let position = |scale: &Scale| scale.positions()[location as usize];
         match size {
             ScaleSize::Large if !params.counts_large() => 0.0,
@@ -203,7 +203,7 @@ impl UpperBounds for TeamWeighing<'_, '_> {
     }
 
     fn gain(&self, candidate: u32, location: u32) -> f64 {
-        let Weighing { params, coding, small_scores, .. } = &*self.weighing;
+        let CandidateBatch { params, coding, small_scores, .. } = &*self.weighing;
         if !params.counts_small() {
             return 0.0;
         }
@@ -213,7 +213,7 @@ impl UpperBounds for TeamWeighing<'_, '_> {
     }
 
     fn large_part(&self, candidate: u32, coded: &[u32]) -> f64 {
-        let Weighing { params, coding, large_scores, .. } = &*self.weighing;
+        let CandidateBatch { params, coding, large_scores, .. } = &*self.weighing;
         let feature = |i: usize| -> Option<Feature> {
             let known = coded.contains(&(i as u32));
             known.then(|| large_scores.feature(candidate as usize, i))

@@ -3,7 +3,7 @@
 
 use crate::config::RobustConfig;
 use crate::patch_model::memory::{LearningScratch, LearningStep, PatchMemory};
-use crate::patch_model::model::{LookScratch, PatchModel};
+use crate::patch_model::model::{PatchErrorScratch, PatchModel};
 use crate::patch_model::templates;
 use crate::patch_model::visibility::Visibility;
 use crate::vision::crop::{CropScratch, Planes, Region};
@@ -69,7 +69,7 @@ pub(crate) struct VisibleShares {
 pub(crate) struct OcclusionScratch {
     crop: CropScratch,
     candidate: Planes,
-    look: LookScratch,
+    look: PatchErrorScratch,
     visibility: Visibility,
 }
 

@@ -4,7 +4,9 @@
 use super::hypothesis::Hypothesis;
 use super::pose::Pose;
 use crate::config::RobustConfig;
-use crate::correlation::rotation::{RotationFilter, RotationScratch, SavedRotation, Turn};
+use crate::correlation::rotation::{
+    RotationEstimate, RotationFilter, RotationScratch, SavedRotation,
+};
 use crate::vision::crop::Region;
 use crate::vision::frame::Frame;
 use serde::{Deserialize, Serialize};
@@ -218,7 +220,7 @@ impl RotationCandidates {
 
 impl ConfidenceParams {
     /// Whether a measured rotation is clear; `mean` is the filter's mean response.
-    fn holds(&self, turn: Turn, mean: f64) -> bool {
+    fn holds(&self, turn: RotationEstimate, mean: f64) -> bool {
         turn.response >= self.share * mean && turn.rotation.abs() <= self.most
     }
 }
@@ -269,7 +271,7 @@ mod tests {
             (-0.35, 0.5, true),
         ] {
             assert_eq!(
-                PARAMS.clear.holds(Turn { rotation, response }, 0.5),
+                PARAMS.clear.holds(RotationEstimate { rotation, response }, 0.5),
                 clear,
                 "{rotation} {response}"
             );

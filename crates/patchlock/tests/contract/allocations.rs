@@ -8,7 +8,7 @@ use allocation_counter::measure;
 
 use crate::methods::{all_that_compute_here, default_settings, network};
 use crate::sequence::SIMPLE;
-use patchlock::patch_model::model::{LookScratch, PatchModel, cut_candidate};
+use patchlock::patch_model::model::{PatchErrorScratch, PatchModel, cut_candidate};
 use patchlock::vision::frame::GreyImage;
 use patchlock::{PaperConfig, State, Tracker, TrackerConfig, Visibility};
 use patchlock_testdata::slow;
@@ -134,7 +134,7 @@ fn no_look_allocates() {
     let state = State::from_box(bbox.centre(), bbox.w, bbox.h, side);
     on_one_thread(|| {
         let model = PatchModel::begin(&image, &state.matrix(), params);
-        let (mut scratch, mut visibility) = (LookScratch::default(), Visibility::default());
+        let (mut scratch, mut visibility) = (PatchErrorScratch::default(), Visibility::default());
         let mut candidate = vec![0.0; side * side];
         for k in 0..40 {
             let near = State { x: state.x + f64::from(k % 7) - 3.0, ..state };

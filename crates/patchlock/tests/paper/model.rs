@@ -3,7 +3,7 @@
 
 use patchlock::patch_model::memory::{LearningScratch, LearningStep};
 use patchlock::patch_model::model::{
-    Candidates, LookScratch, PatchModel, Wanted, Weighed, cut_candidate,
+    CandidateScores, Candidates, LikelihoodRequest, PatchErrorScratch, PatchModel, cut_candidate,
 };
 use patchlock::patch_model::params::PatchParams;
 use patchlock::vision::frame::GreyImage;
@@ -51,13 +51,13 @@ fn a_look_is_the_visibility_of_the_weighed_candidate() {
         let params = params(small_step);
         let (mut model, mut learning) = (begun(params), LearningScratch::default());
         let mut rng = Pcg64::new(1, 1);
-        let (mut weighed, mut look) = (Weighed::default(), LookScratch::default());
+        let (mut weighed, mut look) = (CandidateScores::default(), PatchErrorScratch::default());
         let order: Vec<u32> = (0..20).collect();
         let mut hidden = 0;
         for k in [1, 12, 24, 30, 40] {
             let samples = candidates(k, 20, &params);
             let all = Candidates { samples: &samples, order: &order };
-            model.weigh(all, Wanted::All, &mut weighed);
+            model.weigh(all, LikelihoodRequest::All, &mut weighed);
             let before = model.memory().clone();
             for (n, candidate) in samples.chunks_exact(1024).enumerate() {
                 let (mut seen, mut expected) = (Visibility::default(), Visibility::default());
@@ -87,7 +87,7 @@ fn the_model_learns_only_when_the_caller_asks() {
     let (mut model, mut learning) = (begun(params), LearningScratch::default());
     let before = model.memory().clone();
     let candidate = candidates(1, 1, &params);
-    let (mut look, mut seen) = (LookScratch::default(), Visibility::default());
+    let (mut look, mut seen) = (PatchErrorScratch::default(), Visibility::default());
     model.look(&candidate, &mut look).visibility(params.likelihood.epsilon, &mut seen);
     let mut rng = Pcg64::new(1, 1);
     let nothing = LearningStep::default();

@@ -75,7 +75,7 @@
 //! Every line counts one rounding for each operation, fused or not, so the bounds hold on any
 //! processor. The less the patches differ, the tighter the bounds.
 
-use super::exact::{AtomCache, Choice, Exact, eligible};
+use super::exact::{AtomCache, Choice, ExactAtoms, eligible};
 use super::node::{Node, Path};
 use super::product::correlate;
 use super::rows::{ADD_ONE_ERROR, Atoms, Gram, Margins, Rows};
@@ -116,7 +116,7 @@ pub struct Location {
 impl Location {
     /// The location of this index with these shared columns (rows of `dim` samples).
     pub fn new(dictionary: &Dictionary, shared: (usize, &[f32]), params: &CodeParams) -> Self {
-        let (mut location, mut made) = (Self::default(), Made::default());
+        let (mut location, mut made) = (Self::default(), DictionaryPanels::default());
         made.fill(dictionary);
         location.fill((dictionary, &made.wide), shared, params);
         location
@@ -175,7 +175,7 @@ impl WithSimd for FillRoot<'_> {
 #[derive(Debug, Default)]
 pub struct SolverScratch {
     instructions: Instructions,
-    made: Made,
+    made: DictionaryPanels,
     location: Location,
     /// For the candidates of a block: their differences from the reference, and their own
     /// correlations with all atoms.
@@ -203,13 +203,13 @@ pub struct SolverScratch {
 
 /// The panels of a dictionary that does not keep its products.
 #[derive(Debug, Default)]
-struct Made {
+struct DictionaryPanels {
     panels: Aligned,
     /// The same in `f64`.
     wide: Vec<f64>,
 }
 
-impl Made {
+impl DictionaryPanels {
     fn fill(&mut self, dictionary: &Dictionary) {
         dictionary.fill_panels(&mut self.panels);
         widen(&mut self.wide, &self.panels);
@@ -221,7 +221,7 @@ impl Made {
             return Atoms { dictionary, panels: &kept.panels, gram: Gram::Kept(&kept.gram) };
         }
         self.fill(dictionary);
-        Atoms { dictionary, panels: &self.panels, gram: Gram::Made(&self.wide) }
+        Atoms { dictionary, panels: &self.panels, gram: Gram::DictionaryPanels(&self.wide) }
     }
 }
 
@@ -318,7 +318,8 @@ pub fn solve_each(
     }
     let mut made = mem::take(&mut scratch.made);
     made.fill(dictionary);
-    let atoms = Atoms { dictionary, panels: &made.panels, gram: Gram::Made(&made.wide) };
+    let atoms =
+        Atoms { dictionary, panels: &made.panels, gram: Gram::DictionaryPanels(&made.wide) };
     let columns = shared.len() / codes.len();
     let groups = candidates.chunks(GROUP * dictionary.dim()).zip(codes.chunks_mut(GROUP));
     for (number, (candidates, codes)) in groups.enumerate() {
@@ -565,7 +566,7 @@ impl SolverScratch {
         let eligible = eligible(params);
         self.cache.begin(dictionary.len());
         let (wide, cache) = (&mut self.wide, &mut self.cache);
-        let mut exact = Exact { dictionary, path, params, eligible, wide, cache };
+        let mut exact = ExactAtoms { dictionary, path, params, eligible, wide, cache };
         let residuals = Residuals { all: &self.residuals, dim: dictionary.dim() };
         let inputs = (residuals, &mut *self.correlations);
         let energy = path.end().energy;
@@ -659,7 +660,7 @@ fn set_last_atoms<S: Simd>(
     candidates: &mut [Candidate],
     members: &[(u32, u32)],
     residuals: Residuals<'_>,
-    exact: &mut Exact<'_>,
+    exact: &mut ExactAtoms<'_>,
 ) {
     for &(atom, row) in members {
         let last = if atom == NONE {

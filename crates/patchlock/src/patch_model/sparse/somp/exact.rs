@@ -22,7 +22,7 @@ pub struct Choice {
 
 /// Computes atoms in `f64` at a node.
 #[derive(Debug)]
-pub struct Exact<'a> {
+pub struct ExactAtoms<'a> {
     /// The dictionary.
     pub dictionary: &'a Dictionary,
     /// The atoms chosen so far.
@@ -69,7 +69,7 @@ impl AtomCache {
     }
 }
 
-/// The value of [`Exact::eligible`].
+/// The value of [`ExactAtoms::eligible`].
 pub fn eligible(params: &CodeParams) -> (f32, f32) {
     // Exceeds the `f32` rounding errors of both limits.
     let slack = 16.0 * U;
@@ -77,7 +77,7 @@ pub fn eligible(params: &CodeParams) -> (f32, f32) {
     ((least * (1.0 + slack)) as f32, (least * (1.0 - slack)) as f32)
 }
 
-impl Exact<'_> {
+impl ExactAtoms<'_> {
     /// The atom as a choice without a score, if it is eligible. Used for the last atom of a code,
     /// whose score is not needed. `residual` is the candidate's residual.
     #[inline(always)]

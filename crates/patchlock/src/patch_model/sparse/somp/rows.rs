@@ -65,7 +65,7 @@ pub enum Gram<'a> {
     /// All rows, one after the other.
     Kept(&'a [f32]),
     /// The panels in `f64`, from which a row is made when a node needs it.
-    Made(&'a [f64]),
+    DictionaryPanels(&'a [f64]),
 }
 
 /// Error bounds of the rows of a node.
@@ -411,7 +411,7 @@ impl Rows {
         let stride = dictionary.stride();
         let gram: &[f32] = match atoms.gram {
             Gram::Kept(rows) => &rows[node.atom * stride..][..stride],
-            Gram::Made(panels) => {
+            Gram::DictionaryPanels(panels) => {
                 gram.resize(stride);
                 widen(atom, dictionary.atom(node.atom));
                 gram::fill_row(simd, atom, panels, gram);

@@ -1,7 +1,7 @@
 //! One step of all candidates at a node: the screen finds in `f32` which atoms can have the largest
 //! score. Where several can, `f64` decides.
 
-use super::exact::{Choice, Exact};
+use super::exact::{Choice, ExactAtoms};
 use super::rows::{SharedTile, Tiles};
 use super::vectors::{
     TILE, Tile, U, add, add_squares, mul_add, panel_index, subtract_scaled, tile_index, tiles_mut,
@@ -134,7 +134,7 @@ impl Screen {
         tiles: &mut T,
         (guess, gap): (usize, f32),
         (residuals, correlations): (Residuals<'_>, &mut [f32]),
-        exact: &mut Exact<'_>,
+        exact: &mut ExactAtoms<'_>,
     ) {
         let stride = exact.dictionary.stride();
         let (width, rows) = (TILE * S::F32_LANES, correlations.len() / stride);
@@ -187,7 +187,7 @@ impl Screen {
         tiles: &impl Tiles<S>,
         (guess, gap): (usize, f32),
         (residuals, correlations): (Residuals<'_>, &[f32]),
-        exact: &mut Exact<'_>,
+        exact: &mut ExactAtoms<'_>,
     ) {
         let rows = correlations.len() / exact.dictionary.stride();
         let [weight, squares, divisor] = tiles.at(guess);
@@ -212,7 +212,7 @@ impl Screen {
         (y, shared): (&Tile<S>, &SharedTile<S>),
         gap: f32,
         residuals: Residuals<'_>,
-        exact: &mut Exact<'_>,
+        exact: &mut ExactAtoms<'_>,
     ) {
         let mut sums = shared.squares;
         add_squares(simd, &mut sums, y);
@@ -240,7 +240,7 @@ impl Screen {
         (sum, divisor): (f32, f32),
         gap: f32,
         residuals: Residuals<'_>,
-        exact: &mut Exact<'_>,
+        exact: &mut ExactAtoms<'_>,
     ) {
         let candidate = &mut self.candidates[number];
         let upper_bound = candidate.bounds.upper_factor * sum + candidate.bounds.upper_term;
@@ -269,7 +269,7 @@ impl Screen {
         &mut self,
         simd: S,
         residuals: Residuals<'_>,
-        exact: &mut Exact<'_>,
+        exact: &mut ExactAtoms<'_>,
         mut done: impl FnMut(usize, Option<usize>),
     ) {
         for candidate in &mut self.candidates {
@@ -361,7 +361,13 @@ impl StepCandidate {
 
     /// Computes an atom in `f64` and keeps it if it is the best so far.
     #[inline(always)]
-    fn compute<S: Simd>(&mut self, simd: S, k: usize, residual: &[f64], exact: &mut Exact<'_>) {
+    fn compute<S: Simd>(
+        &mut self,
+        simd: S,
+        k: usize,
+        residual: &[f64],
+        exact: &mut ExactAtoms<'_>,
+    ) {
         let Some(choice) = exact.choice_with_score(simd, k, residual) else { return };
         let is_better = match &self.best {
             Some(best) => {
@@ -381,7 +387,7 @@ impl StepCandidate {
         simd: S,
         possible_atoms: &[PossibleAtom],
         residuals: Residuals<'_>,
-        exact: &mut Exact<'_>,
+        exact: &mut ExactAtoms<'_>,
     ) -> Option<usize> {
         let at = |index: Option<u32>| index.map(|k| &possible_atoms[k as usize]);
         let all = || successors(at(self.newest), move |possible| at(possible.previous));
