@@ -71,6 +71,17 @@ pub fn media_hint(error: &patchlock_media::Error) -> Option<String> {
             return error.advice().map(|advice| format!("{advice}; {KEPT}"));
         }
         Error::Frame { fault, .. } => return Some(frame_hint(*fault)),
+        Error::AddressList { name, .. } => {
+            // A quoted address is one word of a shell.
+            let address = match name.contains(['\'', '*']) {
+                true => "ADDRESS".to_string(),
+                false => format!("'{name}'"),
+            };
+            return Some(format!(
+                "if you trust the list: ffmpeg -i {address} -f yuv4mpegpipe -pix_fmt yuv420p - | patchlock \
+                 track - ...; with --live for the newest frame of a live stream"
+            ));
+        }
         Error::DecoderEnded { .. } => "re-encode the video: ffmpeg -i IN -c:v libx264 OUT.mp4",
         Error::StreamEnd { .. } => {
             "without --reverse, the frames before the error are tracked and kept"

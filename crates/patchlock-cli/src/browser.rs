@@ -1,5 +1,6 @@
 //! Opens a page of this program in the browser.
 
+use std::env;
 use std::io;
 use std::process::{Command, Stdio};
 
@@ -18,4 +19,16 @@ pub fn open(address: &str) -> io::Result<()> {
     // Nothing is waited for, but the process must be collected.
     std::thread::spawn(move || child.wait());
     Ok(())
+}
+
+/// How a browser of the machine from which the user has logged in by ssh reaches a page of this one,
+/// if the user has.
+pub fn tunnel(port: u16) -> Option<String> {
+    let connection = env::var("SSH_CONNECTION").ok()?;
+    let host = connection.split_whitespace().nth(2)?;
+    let user = env::var("USER").map(|user| format!("{user}@")).unwrap_or_default();
+    Some(format!(
+        "note: for a browser on the machine from which you came, run there: \
+         ssh -N -L {port}:localhost:{port} {user}{host}"
+    ))
 }

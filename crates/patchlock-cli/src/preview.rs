@@ -7,7 +7,8 @@ use std::time::Instant;
 use anyhow::Result;
 use patchlock::BoundingBox;
 use patchlock_media::Picture;
-use patchlock_studio::server::window::{Answer, Window};
+use patchlock_studio::server::AllowedHosts;
+use patchlock_studio::server::window::{Answer, Window, WindowOptions};
 use serde_json::{Value, json};
 
 use crate::failure::{Failure, failed, interrupted, say};
@@ -15,11 +16,13 @@ use crate::output::{Sink, Tracked};
 use crate::{browser, interrupt};
 
 /// Opens the page and says where it is; the browser is started on request.
-pub fn open(port: u16, in_browser: bool) -> Result<Arc<Window>, Failure> {
-    let window = Window::open(port, false).map_err(|error| {
+pub fn open(port: u16, hosts: AllowedHosts, in_browser: bool) -> Result<Arc<Window>, Failure> {
+    let window = Window::open(WindowOptions { port, hosts, in_notebook: false });
+    let window = window.map_err(|error| {
         failed(error.to_string()).hint("choose another --port, or none for a free one")
     })?;
     say(&format!("the page is at {}", window.address()));
+    browser::tunnel(window.port()).iter().for_each(|note| say(note));
     if in_browser {
         let opened = window.address_once().map_err(anyhow::Error::from);
         if let Err(reason) = opened.and_then(|address| Ok(browser::open(&address)?)) {

@@ -10,7 +10,9 @@ use axum::http::{Request, StatusCode};
 use patchlock::Preset;
 use patchlock_media::Limits;
 use patchlock_studio::project::{Shared, Store};
-use patchlock_studio::server::{InProcess, Options, Patience, Server};
+use patchlock_studio::server::{
+    AllowedHosts, InProcessServer, Options, Patience, ProjectLocation, Server,
+};
 use serde_json::Value;
 use tokio::runtime::Runtime;
 
@@ -29,7 +31,7 @@ const FRAMES: usize = 6;
 /// A server on a clip of its own.
 pub struct Studio {
     // Fields are dropped in this order: first the server, then its files.
-    server: InProcess,
+    server: InProcessServer,
     host: String,
     token: String,
     scratch: Scratch,
@@ -50,7 +52,8 @@ impl Studio {
         let second = Duration::from_secs(1);
         let options = Options {
             videos: vec![scratch.folder().join("frames")],
-            project: None,
+            projects: ProjectLocation::Beside,
+            hosts: AllowedHosts { allowed: Vec::new(), advice: "allow it" },
             address: ([127, 0, 0, 1], 0).into(),
             config: small(Preset::Robust),
             threads: Some(1),

@@ -47,6 +47,14 @@ pub enum Error {
         /// The reason, given by ffmpeg.
         reason: String,
     },
+    /// A source of the network that is a list of addresses, as of HLS or DASH.
+    #[error("{name} is a list of addresses ({format}), which are not opened")]
+    AddressList {
+        /// The address, without its password.
+        name: String,
+        /// The format of the list, as ffmpeg calls it: `hls` or `dash`.
+        format: String,
+    },
     /// A live source that has stopped, and did not come back if it may.
     #[error("{name} has stopped: {reason}")]
     Gone {
@@ -277,6 +285,9 @@ impl Error {
             Self::NotLive { is_camera: false, .. } => {
                 "check the address, with user and password if it needs them: ffplay ADDRESS shows what \
                  works"
+            }
+            Self::AddressList { .. } => {
+                "ffmpeg opens the addresses of a list that you trust: ffmpeg -i ADDRESS OUT.mp4"
             }
             Self::Gone { .. } => "the frames before it can be used",
             Self::StreamCopy { .. } => {

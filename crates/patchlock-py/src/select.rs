@@ -4,14 +4,16 @@ use std::cell::RefCell;
 
 use patchlock::BoundingBox;
 use patchlock_media::Picture;
-use patchlock_studio::server::window::{Answer, Window};
-use pyo3::exceptions::{PyOSError, PyRuntimeError};
+use patchlock_studio::server::window::{Answer, Window, WindowOptions};
+use patchlock_studio::server::{AllowedHost, AllowedHosts};
+use pyo3::exceptions::{PyOSError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 
 use crate::pixels::{Channels, Pixels};
 
-/// Serves a page with the frame until a person has drawn a box there; `opened` is called with the
-/// address of the page and one for the arguments of a browser, which works once.
+/// Serves a page with the frame until a person has drawn a box there. `host` is the host of the
+/// address at which a proxy serves the page. `opened` is called with the address of the page and one
+/// for the arguments of a browser, which works once.
 #[pyfunction]
 #[pyo3(name = "_select_boxes")]
 pub fn select_boxes(
@@ -19,13 +21,20 @@ pub fn select_boxes(
     frame: &Bound<'_, PyAny>,
     channels: &str,
     in_notebook: bool,
+    port: u16,
+    host: Option<&str>,
     opened: &Bound<'_, PyAny>,
 ) -> PyResult<Vec<(f64, f64, f64, f64)>> {
     let pixels = Pixels::of(frame, Channels::parse(channels)?)?;
     let (width, height) = pixels.size()?;
     let picture = Picture::rgb(width, height, pixels.to_rgb()?);
     let cannot = |error: patchlock_studio::server::Error| PyOSError::new_err(error.to_string());
-    let window = py.detach(|| Window::open(0, in_notebook)).map_err(cannot)?;
+    let allowed = host.map(str::parse::<AllowedHost>).transpose();
+    let allowed = allowed.map_err(|error| PyValueError::new_err(error.to_string()))?;
+    let advice = "give select_box the address at which you read the page: address=\"...\"";
+    let hosts = AllowedHosts { allowed: allowed.into_iter().collect(), advice };
+    let options = WindowOptions { port, hosts, in_notebook };
+    let window = py.detach(|| Window::open(options)).map_err(cannot)?;
     opened.call1((window.address(), window.address_once().map_err(cannot)?))?;
     let (answer, signal) = py.detach(|| {
         let signal = RefCell::new(None);

@@ -502,7 +502,12 @@ def _restore_network(
 ) -> Network: ...
 
 def _select_boxes(
-    frame: FrameLike, channels: str, in_notebook: bool, opened: Callable[[str, str], None]
+    frame: FrameLike,
+    channels: str,
+    in_notebook: bool,
+    port: int,
+    host: str | None,
+    opened: Callable[[str, str], None],
 ) -> list[tuple[float, float, float, float]]: ...
 
 def _restore(

@@ -10,9 +10,12 @@ import shutil
 import socket
 import struct
 import subprocess
+import sys
 import threading
 import time
+import types
 import urllib.parse
+import urllib.request
 from itertools import islice
 from pathlib import Path
 
@@ -72,14 +75,14 @@ def test_what_only_files_can_do_is_refused() -> None:
         Frames("gopher://h/a")
 
 
-def answer(address: str, message: object) -> None:
-    """Says this on the page of the address, as its script does."""
+def answer(address: str, message: object, host: str | None = None) -> None:
+    """Says this on the page of the address, as its script does, also through the proxy at a host."""
     url = urllib.parse.urlsplit(address)
     with socket.create_connection((url.hostname, url.port), timeout=300) as stream:
         key = base64.b64encode(os.urandom(16)).decode()
         stream.sendall(
             (
-                f"GET /api/frames HTTP/1.1\r\nHost: {url.netloc}\r\nUpgrade: websocket\r\n"
+                f"GET /api/frames HTTP/1.1\r\nHost: {host or url.netloc}\r\nUpgrade: websocket\r\n"
                 f"Connection: Upgrade\r\nSec-WebSocket-Key: {key}\r\nSec-WebSocket-Version: 13\r\n"
                 f"Sec-WebSocket-Protocol: patchlock, {url.fragment}\r\n\r\n"
             ).encode()
@@ -121,6 +124,81 @@ def test_a_box_is_drawn_on_a_page(
     thread.join()
     # The browser's arguments are seen by all users, so they hold a code and not the token.
     assert len(opened) == 1 and "#once-" in opened[0]
+
+
+PROXY = "https://hub.example.org/user/me/proxy/{port}/"
+BOX = (10, 20, 30, 40)
+
+
+def test_the_page_behind_a_proxy_is_asked_at_its_address(
+    capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    opened: list[str] = []
+    monkeypatch.setattr("webbrowser.open", opened.append)
+
+    def person() -> None:
+        said = ""
+        while (found := re.search(r"https://hub.example.org/user/me/proxy/(\d+)/#(\w+)\s", said)) is None:
+            said += capfd.readouterr().err
+            time.sleep(0.01)
+        port, token = found.groups()
+        answer(f"http://127.0.0.1:{port}/#{token}", {"boxes": [BOX]}, host="hub.example.org")
+
+    thread = threading.Thread(target=person, daemon=True)
+    thread.start()
+    assert select_box(np.zeros((100, 120, 3), np.uint8), address=PROXY) == patchlock.Box(*BOX)
+    thread.join()
+    # The browser is on another machine.
+    assert opened == []
+
+
+@pytest.mark.parametrize("address", [None, PROXY])
+def test_a_notebook_shows_the_page_and_says_how_it_is_reached(
+    address: str | None, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shown: list[str] = []
+    display = types.ModuleType("IPython.display")
+    monkeypatch.setattr(display, "IFrame", lambda page, **_: page, raising=False)
+    monkeypatch.setattr(display, "display", shown.append, raising=False)
+    monkeypatch.setitem(sys.modules, "IPython.display", display)
+    monkeypatch.setitem(sys.modules, "IPython", types.ModuleType("IPython"))
+    monkeypatch.setattr("patchlock._select._in_notebook", lambda: True)
+    port = free_port()
+    policy: list[str] = []
+
+    def person() -> None:
+        while not shown:
+            time.sleep(0.01)
+        token = shown[0].partition("#")[2]
+        with urllib.request.urlopen(f"http://127.0.0.1:{port}/") as page:
+            policy.append(page.headers["Content-Security-Policy"])
+        answer(f"http://127.0.0.1:{port}/#{token}", {"boxes": [BOX]})
+
+    thread = threading.Thread(target=person, daemon=True)
+    thread.start()
+    frame = np.zeros((100, 120, 3), np.uint8)
+    assert select_box(frame, port=port, address=address) == patchlock.Box(*BOX)
+    thread.join()
+    said = capfd.readouterr().out
+    outside = f"https://hub.example.org/user/me/proxy/{port}/#"
+    assert shown[0].startswith(outside if address else f"http://127.0.0.1:{port}/#")
+    assert (f"ssh -N -L {port}:localhost:{port} " in said) == (address is None)
+    assert ("https://hub.example.org:*" in policy[0].partition("frame-ancestors")[2]) == (address is not None)
+
+
+@pytest.mark.parametrize(
+    ("address", "message"),
+    [
+        ("hub.example.org/{port}/", "it must be http://HOST/PATH/"),
+        ("ftp://hub.example.org/", "it must be http://HOST/PATH/"),
+        ("https:///{port}/", "it must be http://HOST/PATH/"),
+        ("https://hub.example.org/#x", "it must be http://HOST/PATH/"),
+        ("https://me:word@hub.example.org/", "is not a host"),
+    ],
+)
+def test_an_address_that_is_none_is_refused(address: str, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        select_box(np.zeros((100, 120, 3), np.uint8), address=address)
 
 
 def test_a_frame_that_is_none_is_refused() -> None:

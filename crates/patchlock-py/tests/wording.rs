@@ -90,7 +90,8 @@ fn next_media(error: &patchlock_media::Error) -> Option<patchlock_media::Error> 
         Error::Encode(_) => Error::Scheme { name },
         Error::Scheme { .. } => Error::NotLive { name, is_camera: false, reason },
         Error::NotLive { is_camera: false, .. } => Error::NotLive { name, is_camera: true, reason },
-        Error::NotLive { is_camera: true, .. } => Error::Gone { name, reason },
+        Error::NotLive { is_camera: true, .. } => Error::AddressList { name, format: reason },
+        Error::AddressList { .. } => Error::Gone { name, reason },
         Error::Gone { .. } => return None,
     })
 }

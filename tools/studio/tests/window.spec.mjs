@@ -5,6 +5,7 @@ import { mkdirSync, mkdtempSync, readFileSync } from 'node:fs';
 import path from 'node:path';
 import { expect, test } from '@playwright/test';
 import { demo, overlap, program, readTruth, scratch } from './program.mjs';
+import { Proxy } from './proxy.mjs';
 
 /** A running `patchlock track` on the demo. */
 class Track {
@@ -148,6 +149,21 @@ test('a finger draws too, a box outside is refused, and cancelling ends the prog
     expect(await track.ended).toBe(130);
     expect(track.said).toContain('no box was drawn');
     await context.close();
+});
+
+test('below a path of another host a box is drawn, too', async ({ page }) => {
+    const track = await Track.start(['--select', '--end', '3', '--allow-host', 'studio.localhost']);
+    const { port, hash } = new URL(track.address);
+    const proxy = await Proxy.start(port, '/user/me/proxy/');
+    await page.goto(proxy.address('studio.localhost', hash.slice(1)));
+    await expect(page.locator('#state')).toContainText('480 × 360');
+    await page.getByLabel('Box', { exact: true }).fill('300,200,40,30');
+    await page.getByRole('button', { name: 'Track' }).click();
+    await expect(page.locator('#state')).toContainText('The program goes on with this box');
+    expect(await track.ended).toBe(0);
+    expect(track.boxes()[0]).toMatchObject({ x: 300, y: 200, w: 40, h: 30 });
+    expect(proxy.astray).toEqual([]);
+    proxy.end();
 });
 
 test('the newest frame of a live source is shown with its box', async ({ page }) => {

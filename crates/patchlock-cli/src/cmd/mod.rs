@@ -6,6 +6,7 @@ pub mod dataset;
 pub mod demo;
 pub mod export;
 pub mod frame;
+mod hosts;
 mod input;
 pub mod model;
 mod pictures;

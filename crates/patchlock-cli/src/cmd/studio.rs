@@ -8,8 +8,10 @@ use clap::Args;
 use clap::builder::RangedU64ValueParser;
 use etcetera::BaseStrategy as _;
 use patchlock_media::{Helper, Limits};
-use patchlock_studio::server::{self, Options, Patience, Server};
+use patchlock_studio::project;
+use patchlock_studio::server::{self, Options, Patience, ProjectLocation, Server};
 
+use super::hosts::HostArgs;
 use super::settings::SettingsArgs;
 use super::{LimitArgs, THREADS_SHOWN, threads};
 use crate::failure::{Failure, failed, say, usage};
@@ -27,7 +29,9 @@ EXAMPLES:
   patchlock studio frames/
       a folder of images as one clip
   patchlock studio --port 8000 --no-open clip.mp4
-      only prints the address, for a browser that you open yourself";
+      only prints the address, for a browser that you open yourself
+  patchlock studio --projects annotations/ /share/clips/*.mp4
+      writes nothing to the folder of the clips";
 
 /// Annotates videos on a page in the browser: one drawn box becomes a track
 ///
@@ -56,10 +60,17 @@ pub struct StudioArgs {
     #[arg(long)]
     no_open: bool,
 
+    #[command(flatten)]
+    hosts: HostArgs,
+
     /// Project file, for a single video [default: beside the video: clip.patchlock.json for
     /// clip.mp4]
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", conflicts_with = "projects")]
     project: Option<PathBuf>,
+
+    /// Folder for the projects of all videos, instead of beside them; created if missing
+    #[arg(long, value_name = "DIR")]
+    projects: Option<PathBuf>,
 
     /// Open the camera page
     #[arg(long)]
@@ -85,6 +96,16 @@ pub struct StudioArgs {
     limits: LimitArgs,
 }
 
+impl StudioArgs {
+    fn projects(&self) -> ProjectLocation {
+        match (&self.project, &self.projects) {
+            (Some(file), _) => ProjectLocation::File(file.clone()),
+            (None, Some(folder)) => ProjectLocation::Folder(folder.clone()),
+            (None, None) => ProjectLocation::Beside,
+        }
+    }
+}
+
 /// Serves the page until Ctrl-C. The helper, if there is one, decodes the videos.
 pub fn run(args: &StudioArgs, helper: Option<Helper>) -> Result<()> {
     if let Some(missing) = args.videos.iter().find(|video| !video.exists()) {
@@ -93,15 +114,16 @@ pub fn run(args: &StudioArgs, helper: Option<Helper>) -> Result<()> {
     }
     if args.project.is_some() && args.videos.len() != 1 {
         let message = format!("--project is for one video; there are {}", args.videos.len());
-        return Err(usage(message).hint("each of several videos has its project beside it").into());
+        return Err(usage(message).hint("--projects DIR is for those of all videos").into());
     }
     let config = args.settings.resolve(None)?;
     let options = Options {
         videos: args.videos.clone(),
-        project: args.project.clone(),
+        projects: args.projects(),
         config,
         threads: args.threads,
         address: SocketAddr::new(args.listen, args.port),
+        hosts: args.hosts.hosts(),
         // There is one studio in a process.
         limits: Limits {
             helper: helper.map(|it| &*Box::leak(Box::new(it))),
@@ -125,6 +147,11 @@ pub fn run(args: &StudioArgs, helper: Option<Helper>) -> Result<()> {
     }
     let address = server.address();
     print(&format!("{address}\n"))?;
+    browser::tunnel(server.port()).iter().for_each(|note| say(note));
+    if let (false, Some((_, secret))) = (options.hosts.allowed.is_empty(), address.split_once('#'))
+    {
+        say(&format!("note: at another host, too, the address of the page ends with #{secret}"));
+    }
     say("Ctrl-C ends the program.");
     if !args.no_open
         && let Err(reason) = open_browser(&server)
@@ -154,8 +181,14 @@ fn failure(error: server::Error) -> Failure {
         }
         server::Error::Clip(error) => {
             let failure = failed(advice::project_message(&error));
-            advice::project_hint(&error).into_iter().fold(failure, Failure::hint)
+            match &*error {
+                project::Error::Write { .. } => {
+                    failure.hint("--projects DIR keeps the projects in another folder")
+                }
+                error => advice::project_hint(error).into_iter().fold(failure, Failure::hint),
+            }
         }
+        server::Error::Folder { .. } => failed(error.to_string()).hint("choose another --projects"),
         server::Error::Unsaved(_) => failed(error.to_string()).hint(
             "free space on the disk, or allow writing to the folder, before you work on; the files have \
              all changes before those",

@@ -12,6 +12,7 @@ use patchlock_media::live::Address;
 use patchlock_media::{Feed, FrameRate, Limits, Order};
 use patchlock_studio::project::Store;
 
+use super::hosts::HostArgs;
 use super::input::{self, LiveArgs};
 use super::pictures::PictureArgs;
 use super::settings::SettingsArgs;
@@ -205,6 +206,9 @@ pub struct TrackArgs {
     no_open: bool,
 
     #[command(flatten)]
+    hosts: HostArgs,
+
+    #[command(flatten)]
     limits: LimitArgs,
 
     /// Maximum number of targets that are tracked at once. A target takes about 1 MB
@@ -375,7 +379,8 @@ pub fn run(args: &TrackArgs) -> Result<()> {
         // Who has read the address of the page may press Ctrl-C before the source is open.
         interrupt::listen()?;
     }
-    let page = page.then(|| preview::open(args.port, !args.no_open)).transpose()?;
+    let page =
+        page.then(|| preview::open(args.port, args.hosts.hosts(), !args.no_open)).transpose()?;
     let opened = Opened::of(args, address, limits)?;
     let Opened { mut feed, length, mut rate, sound, first, is_live } = opened;
     let expected = order.count(length);

@@ -287,7 +287,11 @@ fn an_address_leads_to_no_other_address() {
     let port = serve(list.into());
     let address = format!("http://127.0.0.1:{port}/list.m3u8");
     let error = bench.track(&address).assert().code(1);
-    error.stderr(contains("cannot open http://127.0.0.1"));
+    error
+        .stderr(contains(format!("{address} is a list of addresses (hls), which are not opened")))
+        .stderr(contains(format!(
+            "ffmpeg -i '{address}' -f yuv4mpegpipe -pix_fmt yuv420p - | patchlock track -"
+        )));
     other.set_nonblocking(true).unwrap();
     assert!(other.accept().is_err(), "the address in the list was asked");
 }

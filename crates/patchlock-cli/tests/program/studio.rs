@@ -45,6 +45,13 @@ impl Studio {
         Self { child, address: address.to_owned(), token: token.to_owned() }
     }
 
+    /// What it says before it answers.
+    fn said(&mut self) -> String {
+        let stderr = BufReader::new(self.child.stderr.as_mut().expect("is piped"));
+        let lines = stderr.lines().map(|line| line.expect("reads"));
+        lines.take_while(|line| !line.contains("Ctrl-C")).collect::<Vec<_>>().join("\n")
+    }
+
     /// The answer to a request with the token.
     fn ask(&self, method: &str, path: &str, body: &str) -> String {
         let mut stream = TcpStream::connect(&self.address).expect("connects");
@@ -220,6 +227,82 @@ fn an_edit_that_could_not_be_written_is_written_or_reported_at_the_end() {
     }
 }
 
+/// Clips in a folder that is not to be written to.
+#[test]
+fn projects_are_in_a_folder_of_their_own() {
+    let bench = Bench::new();
+    ["share/a/f", "share/b/f"].map(|folder| bench.images(folder, 2));
+    let args = ["share/a/f", "share/b/f", "--projects", "mine/projects"];
+    let studio = Studio::new(&bench, &args);
+    for clip in ["1", "2"] {
+        let path = format!("/api/clips/{clip}/edits");
+        assert!(studio.ask("POST", &path, EDIT).starts_with("HTTP/1.1 200"));
+    }
+    drop(studio);
+    let files = |folder| std::fs::read_dir(bench.path(folder)).unwrap().count();
+    // Two projects and the labels.
+    assert_eq!((files("share/a"), files("share/b")), (1, 1));
+    let written = std::fs::read_dir(bench.path("mine/projects")).unwrap().flatten();
+    let mut names: Vec<_> = written.map(|file| file.file_name().into_string().unwrap()).collect();
+    names.retain(|name| name.ends_with(".patchlock.json"));
+    assert_eq!(names.len(), 2, "{names:?}");
+    let studio = Studio::new(&bench, &["share/b/f", "--projects", "mine/projects"]);
+    assert!(studio.ask("GET", "/api/clips", "").contains("\"keys\":1"));
+}
+
+/// What has the name of the lock cannot be written, as in a folder that is read-only.
+#[test]
+fn a_project_that_cannot_be_written_names_the_folder_for_projects() {
+    let bench = Bench::new();
+    bench.images("f", 1);
+    bench.images("g", 1);
+    std::fs::create_dir(bench.path("f.patchlock.json.lock")).unwrap();
+    let refused = patchlock().current_dir(bench.folder.path()).args(["studio", "f"]).assert();
+    refused.code(1).stderr(contains("cannot write").and(contains("--projects DIR")));
+    let list = Studio::new(&bench, &["f", "g"]).ask("GET", "/api/clips", "");
+    assert!(list.contains("cannot write") && list.contains("--projects DIR"), "{list}");
+    let list = Studio::new(&bench, &["f", "--projects", "p"]).ask("GET", "/api/clips", "");
+    assert!(!list.contains("error"), "{list}");
+}
+
+#[test]
+fn a_host_that_is_allowed_is_answered_for() {
+    let bench = Bench::new();
+    bench.images("f", 1);
+    let mut studio = Studio::new(&bench, &["f", "--allow-host", "studio.example.org"]);
+    let ask = |studio: &Studio, host: &str| {
+        let mut stream = TcpStream::connect(&studio.address).expect("connects");
+        write!(stream, "GET / HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n")
+            .expect("sends");
+        let mut answer = String::new();
+        stream.read_to_string(&mut answer).expect("answers");
+        answer
+    };
+    assert!(ask(&studio, "studio.example.org:8443").starts_with("HTTP/1.1 200"));
+    let refused = ask(&studio, "evil.example");
+    assert!(refused.starts_with("HTTP/1.1 403") && refused.contains("--allow-host"), "{refused}");
+    let said = studio.said();
+    assert!(
+        said.contains(&format!("the address of the page ends with #{}", studio.token)),
+        "{said}"
+    );
+}
+
+/// Who has logged in by ssh is told how a browser gets here.
+#[test]
+fn the_command_of_the_tunnel_is_printed_over_ssh() {
+    let bench = Bench::new();
+    bench.images("f", 1);
+    let mut command = Command::new(env!("CARGO_BIN_EXE_patchlock"));
+    command.env("SSH_CONNECTION", "10.0.0.2 50000 10.0.0.1 22").env("USER", "me");
+    command.current_dir(bench.folder.path()).args(["studio", "--no-open", "f"]);
+    let mut studio = Studio::start(&mut command);
+    let port = studio.address.rsplit(':').next().expect("a port").to_owned();
+    let said = studio.said();
+    let tunnel = format!("ssh -N -L {port}:localhost:{port} me@10.0.0.1");
+    assert!(said.contains(&tunnel), "{said}");
+}
+
 #[test]
 fn errors_say_what_to_do() {
     let bench = Bench::new();
@@ -230,6 +313,9 @@ fn errors_say_what_to_do() {
         (&["nowhere.mp4"][..], 2, "there is no file or folder nowhere.mp4"),
         (&["f", "g", "--project", "p.json"], 2, "--project is for one video; there are 2"),
         (&["--project", "p.json"], 2, "--project is for one video; there are 0"),
+        (&["f", "--project", "p.json", "--projects", "p"], 2, "cannot be used with"),
+        (&["f", "--projects", "text.mp4"], 1, "cannot make the folder text.mp4"),
+        (&["f", "--allow-host", "https://a.example/"], 2, "\"https://a.example/\" is not a host"),
         (&["f", "--preset", "best"], 2, "best"),
         (&["f", "--preset", "paper", "--set", "rotate=true"], 2, "--set"),
         (&["f", "--port", "65536"], 2, "65536"),

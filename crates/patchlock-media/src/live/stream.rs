@@ -186,9 +186,11 @@ impl Task {
         if reason.contains("max pixel count") {
             return Error::TooManyPixels { name, limit: self.limits.pixels };
         }
-        if reason.contains("not on whitelist") {
-            let reason = "it is no video, or a list of other addresses, which are not opened";
-            return self.cannot_open(reason.to_string());
+        if reason.contains(NOT_ALLOWED) {
+            return match list_format(&reason) {
+                Some(format) => Error::AddressList { name, format: format.to_string() },
+                None => self.cannot_open("it is no video".to_string()),
+            };
         }
         self.cannot_open(match ended {
             Err(_) => silence(self.program.patience),
@@ -277,6 +279,19 @@ fn reason(messages: &Receiver<Said>, errors: &Mutex<Vec<String>>, address: &Addr
     words.filter(|word| !word.is_empty()).collect::<Vec<_>>().join(" ")
 }
 
+/// What ffmpeg says of a format that is not allowed.
+const NOT_ALLOWED: &str = "Format not on whitelist";
+
+/// Formats that list addresses.
+const LISTS: [&str; 3] = ["hls", "dash", "concat"];
+
+/// The format of the list that a message refuses. ffmpeg may give it several names, `hls,applehttp`.
+fn list_format(message: &str) -> Option<&'static str> {
+    let (before, _) = message.split_once(NOT_ALLOWED)?;
+    let names = before.trim_end_matches(": ").rsplit(' ').next()?;
+    LISTS.into_iter().find(|list| names.split(',').any(|name| name == *list))
+}
+
 /// Errors that are kept.
 const ERRORS: usize = 2;
 
@@ -306,11 +321,16 @@ fn listen(messages: impl Read + Send + 'static, errors: Arc<Mutex<Vec<String>>>)
     said
 }
 
-/// An error in a line, without its level.
+/// An error in a line, without its level; of a format that is not allowed, with its name.
 fn error_in(line: &str) -> Option<String> {
     let (before, text) = line.split_once("[error] ").or_else(|| line.split_once("[fatal] "))?;
     let is_level = before.is_empty() || before.ends_with("] ");
-    is_level.then(|| without_address(text))
+    let format = before.strip_prefix('[').and_then(|part| part.split_once(" @"));
+    let of_format = |text: String| match format {
+        Some((format, _)) if text.starts_with(NOT_ALLOWED) => format!("{format}: {text}"),
+        _ => text,
+    };
+    is_level.then(|| of_format(without_address(text)))
 }
 
 fn said_in(line: &str) -> Option<Said> {
@@ -357,5 +377,17 @@ mod tests {
         let error = error_in("[rtsp @ 0x55] [error] method DESCRIBE failed: 404 Not Found");
         assert_eq!(error.as_deref(), Some("method DESCRIBE failed: 404 Not Found"));
         assert_eq!(error_in("[info] title: [error] x"), None);
+        for (line, list) in [
+            ("[hls @ 0x55] [error] Format not on whitelist 'mov,mp4'", Some("hls")),
+            ("[hls,applehttp @ 0x55] [error] Format not on whitelist 'mov,mp4'", Some("hls")),
+            ("[dash @ 0x55] [error] Format not on whitelist 'mov,mp4'", Some("dash")),
+            ("[png_pipe @ 0x55] [error] Format not on whitelist 'mov,mp4'", None),
+            ("[error] Format not on whitelist 'mov,mp4'", None),
+        ] {
+            let error = error_in(line).unwrap();
+            assert!(error.contains(NOT_ALLOWED));
+            assert_eq!(list_format(&error), list, "{line}");
+            assert_eq!(list_format(&format!("a: b; {error}; c")), list, "{line}");
+        }
     }
 }

@@ -1421,10 +1421,16 @@ def _restore_network(
 
 
 def _select_boxes(
-    frame: FrameLike, channels: str, in_notebook: bool, opened: Callable[[str, str], None]
+    frame: FrameLike,
+    channels: str,
+    in_notebook: bool,
+    port: int,
+    host: str | None,
+    opened: Callable[[str, str], None],
 ) -> list[tuple[float, float, float, float]]:
-    """Serves a page with the frame until a person has drawn a box there; `opened` is called with the
-    address of the page and one for the arguments of a browser, which works once.
+    """Serves a page with the frame until a person has drawn a box there. `host` is the host of the
+    address at which a proxy serves the page. `opened` is called with the address of the page and one
+    for the arguments of a browser, which works once.
     """
 
 

@@ -1,6 +1,9 @@
 // Requests to the server, with the token of the address.
 
-const STORED = 'patchlock-token';
+/** Pages of other servers may be on the same host, below other addresses. */
+const STORED = `patchlock-token ${new URL('.', document.baseURI).pathname}`;
+/** The header with the token. `Authorization` is left to proxies. */
+const HEADER = 'Patchlock-Token';
 /** What a code begins with. */
 const ONCE = 'once-';
 const WITHOUT = 'This page has no server token.';
@@ -45,6 +48,14 @@ export async function signIn() {
 }
 
 /**
+ * The address of the server below that of the page, which a proxy may serve below another one.
+ * @param {string} path below /api
+ */
+function addressOf(path) {
+    return new URL(`api${path}`, document.baseURI);
+}
+
+/**
  * @typedef {object} Request
  * @property {unknown} [json] sent as JSON
  * @property {Blob} [body] sent as it is
@@ -59,12 +70,12 @@ export async function signIn() {
  */
 export async function send(method, path, { json, body, signal } = {}) {
     /** @type {Record<string, string>} */
-    const headers = { Authorization: `Bearer ${token}` };
+    const headers = { [HEADER]: token };
     if (json !== undefined) headers['Content-Type'] = 'application/json';
     const content = json !== undefined ? JSON.stringify(json) : body;
     let answer;
     try {
-        answer = await fetch(`/api${path}`, { method, headers, body: content, signal });
+        answer = await fetch(addressOf(path), { method, headers, body: content, signal });
     } catch (error) {
         if (signal?.aborted) throw error;
         throw new Failure('The server does not answer.', 'Is patchlock studio still running?', 0);
@@ -119,6 +130,7 @@ export async function file(path, signal) {
  * @param {string} path below /api
  */
 export function socket(path) {
-    const scheme = location.protocol === 'https:' ? 'wss:' : 'ws:';
-    return new WebSocket(`${scheme}//${location.host}/api${path}`, ['patchlock', token]);
+    const address = addressOf(path);
+    address.protocol = address.protocol === 'https:' ? 'wss:' : 'ws:';
+    return new WebSocket(address, ['patchlock', token]);
 }

@@ -31,7 +31,7 @@ pub use error::Error;
 pub use frames::Frames;
 pub use history::{MAX_BOXES, MAX_STEPS};
 pub use shared::{FILE as LABELS_FILE, Shared, Vocabulary};
-pub use store::{Store, beside};
+pub use store::{Store, beside, in_folder};
 pub use video::Change;
 
 /// A video with its targets.

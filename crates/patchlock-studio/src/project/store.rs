@@ -6,6 +6,7 @@ use std::{fs, io};
 
 use patchlock_media::Limits;
 use patchlock_track::files;
+use sha2::{Digest as _, Sha256};
 
 use super::file::{self, Fault};
 use super::history::History;
@@ -55,14 +56,40 @@ pub fn beside(video: &Path, is_taken: impl Fn(&Path) -> bool) -> PathBuf {
         return long;
     }
     let short = file(video.file_stem());
-    if is_taken(&short) || is_of_another(&short, video) { long } else { short }
+    if is_taken(&short) || is_of_another(&short, video, |_| true) { long } else { short }
 }
 
-/// Whether a file is the project of another video that exists.
-fn is_of_another(path: &Path, video: &Path) -> bool {
+/// The project file of a video in a folder for projects of videos from anywhere:
+/// `clip.patchlock.json` for `clip.mp4`. Where that `is_taken`, or the project of another video, the
+/// name also has a hash of the video's path, such as `clip-0f3a99c1.patchlock.json`. No video gets
+/// the project of another of the same name, in whichever order they are opened.
+pub fn in_folder(folder: &Path, video: &Path, is_taken: impl Fn(&Path) -> bool) -> PathBuf {
+    let real = video.canonicalize().unwrap_or_else(|_| video.to_path_buf());
+    // `.` and `..` have no name of their own.
+    let named = if video.file_name().is_some() { video } else { real.as_path() };
+    let stem = if real.is_dir() { named.file_name() } else { named.file_stem() };
+    let stem = stem.unwrap_or_default();
+    let file = |end: &str| {
+        let mut name = stem.to_owned();
+        name.push(end);
+        name.push(".patchlock.json");
+        folder.join(name)
+    };
+    let hash = Sha256::digest(real.as_os_str().as_encoded_bytes());
+    let hash: String = hash.iter().take(4).map(|byte| format!("{byte:02x}")).collect();
+    let (short, long) = (file(""), file(&format!("-{hash}")));
+    let is_moved = |project: &Project| project.video.change(&real).is_none();
+    let is_taken = |file: &Path| is_taken(file) || is_of_another(file, &real, is_moved);
+    if long.exists() || is_taken(&short) { long } else { short }
+}
+
+/// Whether a file is the project of another video: of one that exists, or of one that is no longer
+/// there and which `is_moved` does not take for this one.
+fn is_of_another(path: &Path, video: &Path, is_moved: impl Fn(&Project) -> bool) -> bool {
     let project = files::read(path).ok().and_then(|text| file::read(&text).ok());
     let Some((project, _)) = project else { return false };
-    found(video, &folder_of(path).join(&project.video.path), path).is_err()
+    let expected = folder_of(path).join(&project.video.path);
+    found(video, &expected, path).is_err() || (!expected.exists() && !is_moved(&project))
 }
 
 /// The folder of a file.

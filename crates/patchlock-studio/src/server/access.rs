@@ -1,6 +1,9 @@
 //! Who may ask. A page of another site must not reach this server, neither by its address nor by a
 //! name that was made to point here (DNS rebinding), and nothing under `/api` is answered without
-//! the token, except for [`once`], which hands it out.
+//! the token, except for [`code`], which hands it out.
+//!
+//! Tunnels and published ports change the port, so none is asked for: rebinding needs a name, and
+//! `localhost` and addresses are none that somebody else can make point here.
 
 use std::net::{IpAddr, SocketAddr};
 use std::sync::Arc;
@@ -12,29 +15,40 @@ use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 
 use super::answer::Refusal;
-use super::connections::Place;
-use super::{App, once};
+use super::app::App;
+use super::code;
+use super::connections::Permit;
+use super::host::{AllowedHost, AllowedHosts, Host, Origin};
 
 /// The subprotocol of WebSockets; the token follows as the second one, since a page cannot set
 /// headers there.
 pub const PROTOCOL: &str = "patchlock";
+/// The header with the token. Proxies look at `Authorization`, which may be that of their own users.
+const TOKEN: &str = "patchlock-token";
 
 /// What a request is checked against.
 pub struct Access {
     address: SocketAddr,
+    hosts: AllowedHosts,
     token: String,
     session: String,
 }
 
 impl Access {
-    /// A server that listens on this address.
-    pub fn new(address: SocketAddr, token: String) -> Result<Self, String> {
-        Ok(Self { address, token, session: random_hex::<4>()? })
+    /// A server that listens on this address, and is asked under other hosts, too.
+    pub fn new(address: SocketAddr, hosts: AllowedHosts, token: String) -> Result<Self, String> {
+        Ok(Self { address, hosts, token, session: random_hex::<4>()? })
     }
 
     /// The address for the browser, with the token or a code for it. What follows `#` is never sent
     /// to a server.
     pub fn address(&self, camera: bool, secret: &str) -> String {
+        let page = if camera { "?camera" } else { "" };
+        format!("{}{page}#{secret}", self.page())
+    }
+
+    /// The address for a browser on this machine.
+    fn page(&self) -> String {
         let mut shown = self.address;
         if shown.ip().is_unspecified() {
             let local: IpAddr = if shown.is_ipv4() {
@@ -44,8 +58,12 @@ impl Access {
             };
             shown.set_ip(local);
         }
-        let page = if camera { "?camera" } else { "" };
-        format!("http://{shown}/{page}#{secret}")
+        format!("http://{shown}/")
+    }
+
+    /// The port that the server listens on.
+    pub fn port(&self) -> u16 {
+        self.address.port()
     }
 
     /// The token.
@@ -59,58 +77,67 @@ impl Access {
     }
 
     /// Checks the host that the client believes to talk to, and returns it.
-    fn host<'a>(&self, headers: &'a HeaderMap, uri: &'a Uri) -> Result<&'a str, Refusal> {
+    fn host<'a>(&self, headers: &'a HeaderMap, uri: &'a Uri) -> Result<Host<'a>, Refusal> {
         let wrong = |host: &str| {
+            let hint = format!("open {} instead, or {}", self.page(), self.hosts.advice);
             Refusal::forbidden(format!("this server does not answer for the host {host:?}"))
-                .hint(format!("open http://{}/ instead", self.address))
+                .hint(hint)
         };
         let mut hosts = headers.get_all(header::HOST).iter();
-        let host = match (hosts.next().map(HeaderValue::to_str), hosts.next(), uri.authority()) {
+        let text = match (hosts.next().map(HeaderValue::to_str), hosts.next(), uri.authority()) {
             (Some(Ok(host)), None, None) => host,
             (Some(Ok(host)), None, Some(authority)) if authority.as_str() == host => host,
             _ => return Err(wrong("")),
         };
-        if self.answers_for(host) { Ok(host) } else { Err(wrong(host)) }
+        Host::parse(text).filter(|host| self.answers_for(*host)).ok_or_else(|| wrong(text))
     }
 
-    /// Whether a host with its port is this server: `localhost` or an address, never a name that
-    /// somebody else can make point here.
-    fn answers_for(&self, host: &str) -> bool {
-        let port = self.address.port();
-        let name = match host.strip_suffix(&format!(":{port}")) {
-            Some(name) => name,
-            None if port == 80 => host,
-            None => return false,
-        };
-        let name = name.strip_prefix('[').and_then(|n| n.strip_suffix(']')).unwrap_or(name);
-        if name == "localhost" {
+    /// Whether a host is this server: `localhost`, an address of it, or one that is allowed; never
+    /// a name that somebody else can make point here.
+    fn answers_for(&self, host: Host<'_>) -> bool {
+        if host.name == "localhost" || self.allows(host) {
             return true;
         }
-        let Ok(ip) = name.parse::<IpAddr>() else { return false };
+        let Ok(ip) = host.name.parse::<IpAddr>() else { return false };
         let listened = self.address.ip();
-        ip == listened || (listened.is_unspecified() && !ip.is_unspecified())
+        let is_any = listened.is_unspecified() && !ip.is_unspecified();
+        ip.is_loopback() || ip == listened || is_any
+    }
+
+    fn allows(&self, host: Host<'_>) -> bool {
+        self.hosts.allowed.iter().any(|allowed| allowed.includes(host))
+    }
+
+    /// Checks the page that asks, if the browser names it: it was read from this host, or from one
+    /// that is allowed, since a proxy may change the host.
+    fn check_origin(&self, headers: &HeaderMap, host: Host<'_>) -> Result<(), Refusal> {
+        let Some(origin) = headers.get(header::ORIGIN) else { return Ok(()) };
+        let text = origin.to_str().unwrap_or_default();
+        let is_ours = |origin: Origin<'_>| host.is_of(origin) || self.allows(origin.host);
+        match Origin::parse(text).is_some_and(is_ours) {
+            true => Ok(()),
+            false => Err(Refusal::forbidden("requests of other pages are not answered")
+                .hint(format!("if {text} is where you read this page, {}", self.hosts.advice))),
+        }
     }
 
     fn check(&self, request: &Request) -> Result<(), Refusal> {
         let headers = request.headers();
         let host = self.host(headers, request.uri())?;
-        let origin = headers.get(header::ORIGIN);
-        if origin.is_some_and(|origin| origin.as_bytes() != format!("http://{host}").as_bytes()) {
-            return Err(Refusal::forbidden("requests of other pages are not answered"));
-        }
+        self.check_origin(headers, host)?;
         if !is_api(request.uri()) {
             return Ok(());
         }
         if headers.get("sec-fetch-site").is_some_and(|site| site == "cross-site") {
             return Err(Refusal::forbidden("requests of other pages are not answered"));
         }
-        if request.uri().path() == once::PATH {
+        if request.uri().path() == code::PATH {
             return Ok(());
         }
         match token(headers) {
             // In process there are no connections.
             Some(token) if same(token, &self.token) => {
-                request.extensions().get::<Place>().map_or(Ok(()), Place::has_token)
+                request.extensions().get::<Permit>().map_or(Ok(()), Permit::has_token)
             }
             Some(_) => Err(unauthorised("the token is not that of this server")),
             None => Err(unauthorised("the token is missing")),
@@ -142,13 +169,13 @@ fn is_api(uri: &Uri) -> bool {
 
 /// The token of a request: a header, or of a WebSocket the second subprotocol.
 fn token(headers: &HeaderMap) -> Option<&str> {
-    let text = |name| headers.get(name).and_then(|value| value.to_str().ok());
-    if let Some(authorisation) = text(header::AUTHORIZATION) {
-        return authorisation.strip_prefix("Bearer ");
-    }
-    let protocols = text(header::SEC_WEBSOCKET_PROTOCOL)?;
-    let (first, second) = protocols.split_once(',')?;
-    (first.trim() == PROTOCOL).then_some(second.trim())
+    let text = |name: &str| headers.get(name).and_then(|value| value.to_str().ok());
+    let bearer = || text("authorization")?.strip_prefix("Bearer ");
+    let of_socket = || {
+        let (first, second) = text("sec-websocket-protocol")?.split_once(',')?;
+        (first.trim() == PROTOCOL).then_some(second.trim())
+    };
+    text(TOKEN).or_else(bearer).or_else(of_socket)
 }
 
 /// Checks a request and adds the headers that keep the page in its place.
@@ -161,7 +188,7 @@ pub async fn guarded(access: &Access, frames: &str, request: Request, next: Next
     let checked = access.check(&request);
     let api = is_api(request.uri());
     let host = request.headers().get(header::HOST).and_then(|host| host.to_str().ok());
-    let policy = policy(host.filter(|_| checked.is_ok()), frames);
+    let policy = policy(host.filter(|_| checked.is_ok()), &access.hosts.allowed, frames);
     let mut response = match checked {
         Ok(()) => next.run(request).await,
         Err(refusal) => refusal.into_response(),
@@ -188,8 +215,10 @@ const FIXED: [(&str, &str); 5] = [
 ];
 
 /// What the page may load. Some browsers do not count WebSockets as `'self'`, so they are named.
-fn policy(host: Option<&str>, frames: &str) -> String {
-    let sockets = host.map(|host| format!(" ws://{host}")).unwrap_or_default();
+fn policy(host: Option<&str>, allowed: &[AllowedHost], frames: &str) -> String {
+    let allowed = allowed.iter().map(ToString::to_string).filter(|_| host.is_some());
+    let hosts = host.map(str::to_owned).into_iter().chain(allowed);
+    let sockets: String = hosts.map(|host| format!(" ws://{host} wss://{host}")).collect();
     format!(
         "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; \
          connect-src 'self'{sockets}; media-src blob:; worker-src 'self'; manifest-src 'self'; \

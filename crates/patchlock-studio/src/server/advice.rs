@@ -39,6 +39,11 @@ pub fn project(error: &project::Error) -> Option<String> {
         project::Error::OtherVideo { .. } => {
             Some("start the studio with another project file".to_string())
         }
+        project::Error::Write { .. } => Some(
+            "free space on the disk, or start the studio with another folder for the projects: \
+             --projects DIR"
+                .to_string(),
+        ),
         _ => error.advice(),
     }
 }

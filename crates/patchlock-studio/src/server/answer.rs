@@ -140,9 +140,9 @@ impl IntoResponse for Refusal {
 }
 
 /// The parts of a path, or a refusal as JSON.
-pub struct At<T>(pub T);
+pub struct PathParam<T>(pub T);
 
-impl<S: Send + Sync, T: DeserializeOwned + Send> FromRequestParts<S> for At<T> {
+impl<S: Send + Sync, T: DeserializeOwned + Send> FromRequestParts<S> for PathParam<T> {
     type Rejection = Refusal;
 
     async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Refusal> {
@@ -153,9 +153,9 @@ impl<S: Send + Sync, T: DeserializeOwned + Send> FromRequestParts<S> for At<T> {
 }
 
 /// What follows the question mark of an address, or a refusal as JSON.
-pub struct Asked<T>(pub T);
+pub struct QueryParams<T>(pub T);
 
-impl<S: Send + Sync, T: DeserializeOwned> FromRequestParts<S> for Asked<T> {
+impl<S: Send + Sync, T: DeserializeOwned> FromRequestParts<S> for QueryParams<T> {
     type Rejection = Refusal;
 
     async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Refusal> {
@@ -167,14 +167,14 @@ impl<S: Send + Sync, T: DeserializeOwned> FromRequestParts<S> for Asked<T> {
 
 /// A body that arrives piece by piece, of limited length, from a client that must neither pause for
 /// long nor be very slow.
-pub struct Arriving {
+pub struct BodyReader {
     pieces: BodyDataStream,
     left: u64,
     most: u64,
     pace: Pace,
 }
 
-impl Arriving {
+impl BodyReader {
     /// A body of at most `most` bytes. One that says to be longer is refused before it is read.
     pub fn new(body: Body, most: u64, patience: Duration) -> Result<Self, Refusal> {
         if body.size_hint().lower() > most {
@@ -245,11 +245,11 @@ mod tests {
     async fn a_body_of_a_byte_every_15_seconds_is_not_waited_for() {
         let begun = Instant::now();
         let patience = Duration::from_secs(20);
-        let body = Arriving::new(dripping(1000, 1), 5000, patience).expect("is short");
+        let body = BodyReader::new(dripping(1000, 1), 5000, patience).expect("is short");
         let refusal = body.whole().await.expect_err("is too slow");
         assert_eq!(refusal.status, StatusCode::REQUEST_TIMEOUT);
         assert!(begun.elapsed() <= patience, "{:?}", begun.elapsed());
-        let body = Arriving::new(dripping(100, 1 << 20), 1 << 30, patience).expect("is short");
+        let body = BodyReader::new(dripping(100, 1 << 20), 1 << 30, patience).expect("is short");
         assert_eq!(body.whole().await.expect("arrives").len(), 100 << 20);
     }
 }

@@ -25,9 +25,11 @@ use tempfile::NamedTempFile;
 use tokio::sync::mpsc::{UnboundedSender, unbounded_channel};
 
 use super::access::PROTOCOL;
-use super::answer::{At, Refusal};
+use super::answer::{PathParam, Refusal};
+use super::app::App;
 use super::files::{cannot_keep, download, keep};
-use super::{App, SENDING};
+use super::options::ProjectLocation;
+use super::pace::SENDING;
 use crate::import;
 
 /// Largest picture, in bytes of JPEG.
@@ -68,7 +70,7 @@ enum Order {
 
 /// What waits for the thread that tracks.
 #[derive(Default)]
-struct Waiting {
+struct MailboxState {
     orders: Vec<Order>,
     /// The newest picture, with its number.
     picture: Option<(usize, Bytes)>,
@@ -76,25 +78,25 @@ struct Waiting {
 }
 
 #[derive(Default)]
-struct Desk {
-    waiting: Mutex<Waiting>,
-    came: Condvar,
+struct Mailbox {
+    waiting: Mutex<MailboxState>,
+    arrived: Condvar,
 }
 
-impl Desk {
-    fn lock(&self) -> MutexGuard<'_, Waiting> {
+impl Mailbox {
+    fn lock(&self) -> MutexGuard<'_, MailboxState> {
         self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Waits for something to do.
-    fn next(&self) -> Waiting {
-        let idle = |waiting: &mut Waiting| {
+    fn next(&self) -> MailboxState {
+        let idle = |waiting: &mut MailboxState| {
             waiting.orders.is_empty() && waiting.picture.is_none() && !waiting.closed
         };
-        let waited = self.came.wait_while(self.lock(), idle);
+        let waited = self.arrived.wait_while(self.lock(), idle);
         let mut waiting = waited.unwrap_or_else(PoisonError::into_inner);
         let closed = waiting.closed;
-        Waiting { closed, ..std::mem::take(&mut *waiting) }
+        MailboxState { closed, ..std::mem::take(&mut *waiting) }
     }
 }
 
@@ -109,10 +111,10 @@ pub async fn camera(
 }
 
 async fn converse(socket: WebSocket, app: Arc<App>) {
-    let desk = Arc::new(Desk::default());
+    let mailbox = Arc::new(Mailbox::default());
     let (answers, mut to_send) = unbounded_channel();
     let follower = Follower::new(app, answers.clone());
-    let theirs = Arc::clone(&desk);
+    let theirs = Arc::clone(&mailbox);
     thread::spawn(move || follower.run(&theirs));
     let (mut sink, mut stream) = socket.split();
     let sending = async {
@@ -127,7 +129,7 @@ async fn converse(socket: WebSocket, app: Arc<App>) {
     let receiving = async {
         let mut number = 0;
         while let Some(Ok(message)) = stream.next().await {
-            let mut waiting = desk.lock();
+            let mut waiting = mailbox.lock();
             let mut dropped = None;
             match message {
                 Message::Binary(jpeg) => {
@@ -150,15 +152,15 @@ async fn converse(socket: WebSocket, app: Arc<App>) {
                 Message::Close(_) => return,
                 Message::Ping(_) | Message::Pong(_) => {}
             }
-            desk.came.notify_all();
+            mailbox.arrived.notify_all();
             if let Some((number, _)) = dropped {
                 let _ = answers.send(json!({ "frame": number, "dropped": true, "ms": 0 }));
             }
         }
     };
     tokio::select! { () = sending => {}, () = receiving => {} }
-    desk.lock().closed = true;
-    desk.came.notify_all();
+    mailbox.lock().closed = true;
+    mailbox.arrived.notify_all();
 }
 
 /// Follows targets in the pictures of one camera, and records them.
@@ -185,9 +187,9 @@ impl Follower {
         Self { app, answers, targets, begin, last: 0, drawn, recorder: None, record: false }
     }
 
-    fn run(mut self, desk: &Desk) {
+    fn run(mut self, mailbox: &Mailbox) {
         loop {
-            let Waiting { orders, picture, closed } = desk.next();
+            let MailboxState { orders, picture, closed } = mailbox.next();
             for order in orders {
                 self.obey(order);
             }
@@ -323,7 +325,7 @@ impl Follower {
 
 /// Makes a recording one of the clips, with what was followed as its targets. Returns its id.
 fn add_clip(app: &App, recording: &Recording) -> Result<usize, Refusal> {
-    let clip = app.clips.add(&recording.video, None);
+    let clip = app.clips.add(&recording.video, &ProjectLocation::Beside);
     let opened = clip.open().map_err(|error| Refusal::from(&*error))?;
     let table = files::read(&recording.table)
         .map_err(|error| Refusal::failed(format!("cannot read the table: {error}")))?;
@@ -436,7 +438,7 @@ impl Recordings {
 /// `GET /api/camera/recordings/N/{video,table}`
 pub async fn recording(
     State(app): State<Arc<App>>,
-    At((number, what)): At<(usize, String)>,
+    PathParam((number, what)): PathParam<(usize, String)>,
 ) -> Result<Response, Refusal> {
     let Recording { video, table } = app.recordings.get(number)?;
     let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();

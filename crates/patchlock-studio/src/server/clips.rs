@@ -15,14 +15,15 @@ use serde_json::{Map, Value, json};
 use tokio::sync::{MutexGuard, broadcast};
 
 use super::advice;
-use super::answer::{Arriving, Asked, At, Refusal, aside};
+use super::answer::{BodyReader, PathParam, QueryParams, Refusal, aside};
+use super::app::{App, Settings};
 use super::frames::{Cache, Reader};
 use super::jobs::Jobs;
-use super::{App, Settings};
+use super::options::ProjectLocation;
 use crate::engine::Engine;
 use crate::engine::plan::Wish;
 use crate::import::Imported;
-use crate::project::{self, Edit, Error, Label, Shared, Store, beside};
+use crate::project::{self, Edit, Error, Label, Shared, Store};
 use crate::tracking::doubt::{Left, doubts, left};
 
 /// Largest list of edits, in bytes of JSON.
@@ -84,11 +85,11 @@ pub struct Clip {
     settings: Settings,
     cache: Arc<Cache>,
     labels: Arc<Labels>,
-    opened: OnceLock<Result<Arc<Opened>, Arc<project::Error>>>,
+    opened: OnceLock<Result<Arc<OpenClip>, Arc<project::Error>>>,
 }
 
 /// An open clip.
-pub struct Opened {
+pub struct OpenClip {
     pub name: String,
     pub frames: usize,
     pub width: usize,
@@ -101,11 +102,11 @@ pub struct Opened {
     pub events: broadcast::Sender<Utf8Bytes>,
     changed: Option<String>,
     windows: AtomicUsize,
-    held: tokio::sync::Mutex<Held>,
+    held: tokio::sync::Mutex<ProjectState>,
 }
 
 /// The project, and what the windows know of it.
-pub struct Held {
+pub struct ProjectState {
     pub store: Store,
     /// The last revision that was announced. Later ones are pieces of a running job, which conflict
     /// with nothing.
@@ -124,13 +125,13 @@ impl Clips {
         }
     }
 
-    /// Adds a clip, with a project file of its own unless one is given.
-    pub fn add(&self, video: &Path, project: Option<&Path>) -> Arc<Clip> {
+    /// Adds a clip, with a project file of its own.
+    pub fn add(&self, video: &Path, projects: &ProjectLocation) -> Arc<Clip> {
         let name = video.file_name().unwrap_or(video.as_os_str()).to_string_lossy().into_owned();
         let _adding = self.adding.lock().unwrap_or_else(PoisonError::into_inner);
         let all = self.all();
         let is_taken = |file: &Path| all.iter().any(|clip| clip.project == file);
-        let project = project.map_or_else(|| beside(video, is_taken), Path::to_path_buf);
+        let project = projects.file(video, is_taken);
         let clip = Arc::new(Clip {
             name,
             id: all.len() + 1,
@@ -158,7 +159,7 @@ impl Clips {
     }
 
     /// The clip with this id, open.
-    pub async fn open(&self, id: usize) -> Result<Arc<Opened>, Refusal> {
+    pub async fn open(&self, id: usize) -> Result<Arc<OpenClip>, Refusal> {
         let clip = self.get(id)?;
         let refused = |error: Arc<project::Error>| Refusal::from(&*error);
         match clip.opened.get() {
@@ -168,7 +169,7 @@ impl Clips {
     }
 
     /// All clips that are open.
-    pub fn opened(&self) -> Vec<Arc<Opened>> {
+    pub fn opened(&self) -> Vec<Arc<OpenClip>> {
         let opened = |clip: &Arc<Clip>| clip.opened.get()?.as_ref().ok().cloned();
         self.all().iter().filter_map(opened).collect()
     }
@@ -183,7 +184,7 @@ impl Clips {
     fn label(&self, edits: &[Edit]) -> Result<(), Refusal> {
         let opened = self.opened();
         let in_use = |name: &str| {
-            let uses = |clip: &Arc<Opened>| {
+            let uses = |clip: &Arc<OpenClip>| {
                 clip.hold().store.project().targets.iter().any(|target| target.label == name)
             };
             opened.iter().any(uses)
@@ -214,7 +215,7 @@ impl Clips {
     }
 
     /// Applies edits to a clip at the revision that the sender knew; those of labels to all clips.
-    fn edit(&self, clip: &Opened, revision: u64, edits: Vec<Edit>) -> Result<u64, Refusal> {
+    fn edit(&self, clip: &OpenClip, revision: u64, edits: Vec<Edit>) -> Result<u64, Refusal> {
         let (of_labels, others): (Vec<_>, Vec<_>) = edits.into_iter().partition(Edit::is_of_labels);
         if of_labels.is_empty() {
             return clip.edit(revision, others);
@@ -226,7 +227,7 @@ impl Clips {
 
     /// Adds targets to a clip, and labels and attributes that they need to all clips. Returns the revision and the
     /// ids.
-    pub fn import(&self, clip: &Opened, imported: Imported) -> Result<(u64, Vec<u64>), Refusal> {
+    pub fn import(&self, clip: &OpenClip, imported: Imported) -> Result<(u64, Vec<u64>), Refusal> {
         let names = imported.targets.iter().map(|target| target.label.clone()).collect::<Vec<_>>();
         let edits = imported.edits(&self.labels()?);
         let (of_labels, import): (Vec<_>, Vec<_>) = edits.into_iter().partition(Edit::is_of_labels);
@@ -243,7 +244,7 @@ impl Clips {
 
     /// Takes back the last step of a clip, or does it again. A label that it needs may have been
     /// removed since.
-    fn step(&self, clip: &Opened, redo: bool) -> Result<u64, Refusal> {
+    fn step(&self, clip: &OpenClip, redo: bool) -> Result<u64, Refusal> {
         // What a job has found so far is the last step.
         clip.jobs.stop_all();
         let needed = clip.hold().store.labels_of_step(redo);
@@ -279,11 +280,11 @@ impl Clips {
 
 impl Clip {
     /// Opens it, unless it is open.
-    pub fn open(&self) -> Result<Arc<Opened>, Arc<project::Error>> {
+    pub fn open(&self) -> Result<Arc<OpenClip>, Arc<project::Error>> {
         self.opened.get_or_init(|| Ok(Arc::new(self.open_now()?))).clone()
     }
 
-    fn open_now(&self) -> Result<Opened, project::Error> {
+    fn open_now(&self) -> Result<OpenClip, project::Error> {
         let limits = self.settings.limits;
         let mut store = Store::open_within(&self.project, Some(&self.video), limits)?;
         self.labels.adopt(&mut store)?;
@@ -302,7 +303,7 @@ impl Clip {
                 ),
             });
         }
-        Ok(Opened {
+        Ok(OpenClip {
             name: self.name.clone(),
             frames,
             width,
@@ -319,7 +320,7 @@ impl Clip {
             events: broadcast::channel(EVENTS).0,
             changed,
             windows: AtomicUsize::new(0),
-            held: tokio::sync::Mutex::new(Held { told: store.revision(), store }),
+            held: tokio::sync::Mutex::new(ProjectState { told: store.revision(), store }),
         })
     }
 
@@ -351,14 +352,14 @@ impl Clip {
     }
 }
 
-impl Opened {
+impl OpenClip {
     /// The project, for one thread at a time. Whoever holds it may write to the disk, so this panics
     /// on the threads that answer requests, which must not wait for that: see [`aside`].
-    pub fn hold(&self) -> MutexGuard<'_, Held> {
+    pub fn hold(&self) -> MutexGuard<'_, ProjectState> {
         self.held.blocking_lock()
     }
 
-    /// The revision of the project, for code that may not call [`Opened::hold`].
+    /// The revision of the project, for code that may not call [`OpenClip::hold`].
     pub async fn revision(&self) -> u64 {
         self.held.lock().await.store.revision()
     }
@@ -374,7 +375,7 @@ impl Opened {
     }
 
     /// Tells all windows that the project has changed, and returns its revision.
-    pub fn announce(&self, held: &mut Held) -> u64 {
+    pub fn announce(&self, held: &mut ProjectState) -> u64 {
         held.told = held.store.revision();
         self.tell(&json!({ "type": "project", "revision": held.told }));
         held.told
@@ -450,7 +451,7 @@ impl Opened {
     }
 
     /// Announces a change first: it is true even if the file cannot be written.
-    pub fn announce_and_save(&self, held: &mut Held) -> Result<u64, Refusal> {
+    pub fn announce_and_save(&self, held: &mut ProjectState) -> Result<u64, Refusal> {
         let revision = self.announce(held);
         held.store.save()?;
         Ok(revision)
@@ -486,7 +487,10 @@ pub async fn list(State(app): State<Arc<App>>) -> Result<Json<Value>, Refusal> {
 }
 
 /// `GET /api/clips/ID`
-pub async fn one(State(app): State<Arc<App>>, At(clip): At<usize>) -> Result<Json<Value>, Refusal> {
+pub async fn one(
+    State(app): State<Arc<App>>,
+    PathParam(clip): PathParam<usize>,
+) -> Result<Json<Value>, Refusal> {
     let clip = app.clips.open(clip).await?;
     aside(move || clip.whole()).await.map(Json)
 }
@@ -502,12 +506,12 @@ struct Edits {
 /// `POST /api/clips/ID/edits`
 pub async fn edit(
     State(app): State<Arc<App>>,
-    At(clip): At<usize>,
+    PathParam(clip): PathParam<usize>,
     body: Body,
 ) -> Result<Json<Value>, Refusal> {
     let clip = app.clips.open(clip).await?;
     let Edits { revision, edits } =
-        Arriving::new(body, EDIT_BYTES, app.patience.body)?.json().await?;
+        BodyReader::new(body, EDIT_BYTES, app.patience.body)?.json().await?;
     let revision = aside(move || app.clips.edit(&clip, revision, edits)).await?;
     Ok(Json(json!({ "revision": revision })))
 }
@@ -515,7 +519,7 @@ pub async fn edit(
 /// `POST /api/clips/ID/undo`
 pub async fn undo(
     State(app): State<Arc<App>>,
-    At(clip): At<usize>,
+    PathParam(clip): PathParam<usize>,
 ) -> Result<Json<Value>, Refusal> {
     let clip = app.clips.open(clip).await?;
     let revision = aside(move || app.clips.step(&clip, false)).await?;
@@ -525,7 +529,7 @@ pub async fn undo(
 /// `POST /api/clips/ID/redo`
 pub async fn redo(
     State(app): State<Arc<App>>,
-    At(clip): At<usize>,
+    PathParam(clip): PathParam<usize>,
 ) -> Result<Json<Value>, Refusal> {
     let clip = app.clips.open(clip).await?;
     let revision = aside(move || app.clips.step(&clip, true)).await?;
@@ -535,11 +539,11 @@ pub async fn redo(
 /// `POST /api/clips/ID/track`
 pub async fn track(
     State(app): State<Arc<App>>,
-    At(clip): At<usize>,
+    PathParam(clip): PathParam<usize>,
     body: Body,
 ) -> Result<Json<Value>, Refusal> {
     let clip = app.clips.open(clip).await?;
-    let wish: Wish = Arriving::new(body, EDIT_BYTES, app.patience.body)?.json().await?;
+    let wish: Wish = BodyReader::new(body, EDIT_BYTES, app.patience.body)?.json().await?;
     let job = aside(move || Jobs::start(&clip, wish)).await?;
     Ok(Json(json!({ "job": job })))
 }
@@ -547,7 +551,7 @@ pub async fn track(
 /// `POST /api/clips/ID/stop`
 pub async fn stop(
     State(app): State<Arc<App>>,
-    At(clip): At<usize>,
+    PathParam(clip): PathParam<usize>,
 ) -> Result<Json<Value>, Refusal> {
     let clip = app.clips.open(clip).await?;
     let stopped = aside(move || Ok(clip.jobs.stop_all())).await?;
@@ -556,15 +560,15 @@ pub async fn stop(
 
 /// Of which target.
 #[derive(Deserialize)]
-pub struct Of {
+pub struct TargetQuery {
     target: Option<u64>,
 }
 
 /// `GET /api/clips/ID/doubts?target=T`
 pub async fn doubtful(
     State(app): State<Arc<App>>,
-    At(clip): At<usize>,
-    Asked(Of { target }): Asked<Of>,
+    PathParam(clip): PathParam<usize>,
+    QueryParams(TargetQuery { target }): QueryParams<TargetQuery>,
 ) -> Result<Json<Value>, Refusal> {
     let clip = app.clips.open(clip).await?;
     let found = aside(move || {

@@ -2,7 +2,7 @@
 //!
 //! A connection is a stranger until a request on it has shown the token. Strangers never keep
 //! anybody out: where there are too many, the oldest of them is ended. Those that know the token
-//! have places of their own.
+//! have permits of their own.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -17,9 +17,8 @@ use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio::task::AbortHandle;
 
-use super::Patience;
 use super::answer::Refusal;
-use super::pace::Paced;
+use super::pace::{PacedStream, Patience};
 
 /// Most connections at once that have shown the token.
 const KNOWN: usize = 512;
@@ -27,45 +26,45 @@ const KNOWN: usize = 512;
 const HEADER_BYTES: usize = 32 << 10;
 
 /// All connections.
-struct Crowd {
+struct ConnectionPool {
     /// What ends those that have not shown the token, by their numbers: the oldest comes first.
     strangers: Mutex<BTreeMap<u64, AbortHandle>>,
     known: Arc<Semaphore>,
 }
 
-impl Crowd {
+impl ConnectionPool {
     fn strangers(&self) -> MutexGuard<'_, BTreeMap<u64, AbortHandle>> {
         self.strangers.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-/// The place of a connection, free again when the connection ends.
+/// The permit of a connection, given back when the connection ends.
 #[derive(Clone)]
-pub struct Place(Arc<Taken>);
+pub struct Permit(Arc<PermitState>);
 
-struct Taken {
+struct PermitState {
     number: u64,
-    crowd: Arc<Crowd>,
+    pool: Arc<ConnectionPool>,
     known: Mutex<Option<OwnedSemaphorePermit>>,
 }
 
-impl Place {
+impl Permit {
     /// A request on this connection has shown the token.
     pub fn has_token(&self) -> Result<(), Refusal> {
-        let Taken { number, crowd, known } = &*self.0;
+        let PermitState { number, pool, known } = &*self.0;
         let mut known = known.lock().unwrap_or_else(PoisonError::into_inner);
         if known.is_none() {
-            let place = Arc::clone(&crowd.known).try_acquire_owned();
-            *known = Some(place.map_err(|_| too_many())?);
-            crowd.strangers().remove(number);
+            let permit = Arc::clone(&pool.known).try_acquire_owned();
+            *known = Some(permit.map_err(|_| too_many())?);
+            pool.strangers().remove(number);
         }
         Ok(())
     }
 }
 
-impl Drop for Taken {
+impl Drop for PermitState {
     fn drop(&mut self) {
-        self.crowd.strangers().remove(&self.number);
+        self.pool.strangers().remove(&self.number);
     }
 }
 
@@ -77,13 +76,13 @@ fn too_many() -> Refusal {
 /// Accepts connections for ever, at most `strangers` without the token at once.
 pub async fn accept(listener: TcpListener, routes: Router, strangers: usize, patience: Patience) {
     let known = Arc::new(Semaphore::new(KNOWN));
-    let crowd = Arc::new(Crowd { strangers: Mutex::default(), known });
+    let pool = Arc::new(ConnectionPool { strangers: Mutex::default(), known });
     for number in 0.. {
         let stream = accepted(&listener).await;
-        let taken = Taken { number, crowd: Arc::clone(&crowd), known: Mutex::default() };
-        let served = serve(stream, routes.clone(), Place(Arc::new(taken)), patience);
+        let state = PermitState { number, pool: Arc::clone(&pool), known: Mutex::default() };
+        let served = serve(stream, routes.clone(), Permit(Arc::new(state)), patience);
         // The task leaves this list when it ends, so it must be in it before that.
-        let mut all = crowd.strangers();
+        let mut all = pool.strangers();
         while all.len() >= strangers.max(1) {
             let Some((_, oldest)) = all.pop_first() else { break };
             oldest.abort();
@@ -103,15 +102,15 @@ async fn accepted(listener: &TcpListener) -> TcpStream {
     }
 }
 
-async fn serve(stream: TcpStream, routes: Router, place: Place, patience: Patience) {
+async fn serve(stream: TcpStream, routes: Router, permit: Permit, patience: Patience) {
     // Small answers must not wait for more to send.
     let _ = stream.set_nodelay(true);
-    let service = TowerToHyperService::new(routes.layer(Extension(place)));
+    let service = TowerToHyperService::new(routes.layer(Extension(permit)));
     let connection = http1::Builder::new()
         .timer(TokioTimer::new())
         .header_read_timeout(patience.headers)
         .max_buf_size(HEADER_BYTES)
-        .serve_connection(TokioIo::new(Paced::new(stream, patience.answer)), service)
+        .serve_connection(TokioIo::new(PacedStream::new(stream, patience.answer)), service)
         .with_upgrades();
     // A client that goes away is no error of ours.
     let _ = connection.await;

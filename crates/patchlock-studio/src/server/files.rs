@@ -20,9 +20,10 @@ use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
-use super::App;
-use super::answer::{Arriving, Asked, At, Refusal, aside};
-use super::clips::{Clips, Opened};
+use super::answer::{BodyReader, PathParam, QueryParams, Refusal, aside};
+use super::app::App;
+use super::clips::{Clips, OpenClip};
+use super::options::ProjectLocation;
 use crate::import::Imported;
 use crate::project::{Attribute, Project, Target};
 use crate::{export, import, project};
@@ -36,17 +37,17 @@ const PIECE: usize = 256 << 10;
 
 /// How an uploaded file is called.
 #[derive(Deserialize)]
-pub struct Named {
+pub struct UploadQuery {
     name: String,
 }
 
 /// `POST /api/clips?name=NAME`: a video, which becomes a clip.
 pub async fn upload(
     State(app): State<Arc<App>>,
-    Asked(Named { name }): Asked<Named>,
+    QueryParams(UploadQuery { name }): QueryParams<UploadQuery>,
     body: Body,
 ) -> Result<Json<Value>, Refusal> {
-    let mut pieces = Arriving::new(body, app.upload_bytes, app.patience.body)?;
+    let mut pieces = BodyReader::new(body, app.upload_bytes, app.patience.body)?;
     let name = plain_name(&name)?;
     let folder = app.uploads.clone();
     let file = aside({
@@ -67,7 +68,7 @@ pub async fn upload(
             return Err(Refusal::bad(format!("{name} has no frames")));
         }
         let video = keep(path, &folder, &name).map_err(|error| cannot_keep(&folder, &error))?;
-        let clip = app.clips.add(&video, None);
+        let clip = app.clips.add(&video, &ProjectLocation::Beside);
         clip.open().map(|_| clip.id).map_err(|error| Refusal::from(&*error))
     });
     Ok(Json(json!({ "id": clip.await? })))
@@ -121,7 +122,7 @@ pub fn cannot_keep(folder: &Path, error: &io::Error) -> Refusal {
 
 /// In which format a file is.
 #[derive(Deserialize)]
-pub struct Formatted {
+pub struct ImportQuery {
     format: String,
     /// Whether only to say what it would add.
     #[serde(default)]
@@ -132,13 +133,13 @@ pub struct Formatted {
 /// `preview=true`, only what would be added.
 pub async fn import_boxes(
     State(app): State<Arc<App>>,
-    At(clip): At<usize>,
-    Asked(Formatted { format, preview }): Asked<Formatted>,
+    PathParam(clip): PathParam<usize>,
+    QueryParams(ImportQuery { format, preview }): QueryParams<ImportQuery>,
     body: Body,
 ) -> Result<Json<Value>, Refusal> {
     let clip = app.clips.open(clip).await?;
     let format = import::Format::named(&format)?;
-    let text = Arriving::new(body, TABLE_BYTES, app.patience.body)?.whole().await?;
+    let text = BodyReader::new(body, TABLE_BYTES, app.patience.body)?.whole().await?;
     let read = move |project: &Project| import::read(format, &text, project);
     if preview {
         return aside(move || preview_of(&clip, read)).await.map(Json);
@@ -148,7 +149,7 @@ pub async fn import_boxes(
 
 /// Says what an import would add, without adding it.
 fn preview_of(
-    clip: &Opened,
+    clip: &OpenClip,
     read: impl FnOnce(&Project) -> Result<Imported, project::Error>,
 ) -> Result<Value, Refusal> {
     let known = clip.hold().store.project().clone();
@@ -200,7 +201,7 @@ fn new_attributes(
 /// clip is not held meanwhile.
 fn add(
     clips: &Clips,
-    clip: &Opened,
+    clip: &OpenClip,
     read: impl FnOnce(&Project) -> Result<Imported, project::Error>,
 ) -> Result<Value, Refusal> {
     let known = clip.hold().store.project().without_targets();
@@ -210,7 +211,7 @@ fn add(
 
 /// What to export.
 #[derive(Deserialize)]
-pub struct Wanted {
+pub struct ExportQuery {
     format: String,
     /// Whether folders get the frames, too.
     #[serde(default)]
@@ -227,8 +228,8 @@ fn one() -> usize {
 /// `GET /api/clips/ID/export?format=NAME`: a file, or a folder as one file.
 pub async fn export_boxes(
     State(app): State<Arc<App>>,
-    At(clip): At<usize>,
-    Asked(Wanted { format, frames, key_frames }): Asked<Wanted>,
+    PathParam(clip): PathParam<usize>,
+    QueryParams(ExportQuery { format, frames, key_frames }): QueryParams<ExportQuery>,
 ) -> Result<Response, Refusal> {
     let clip = app.clips.open(clip).await?;
     let format = export::Format::named(&format)?;
@@ -260,7 +261,7 @@ pub async fn export_boxes(
 
 /// What to export of all clips.
 #[derive(Deserialize)]
-pub struct WantedAll {
+pub struct DatasetQuery {
     format: String,
     #[serde(default)]
     frames: bool,
@@ -274,7 +275,7 @@ pub struct WantedAll {
 /// `GET /api/export?format=NAME&val=SHARE`: all clips as one data set, a folder as one file.
 pub async fn export_all(
     State(app): State<Arc<App>>,
-    Asked(WantedAll { format, frames, key_frames, val }): Asked<WantedAll>,
+    QueryParams(DatasetQuery { format, frames, key_frames, val }): QueryParams<DatasetQuery>,
 ) -> Result<Response, Refusal> {
     let format = export::Format::named(&format)?;
     let val = export::Val::named(&val);
@@ -385,14 +386,14 @@ mod tests {
     use axum::http::{Method, Request};
     use patchlock::{BoundingBox, Preset, TrackerConfig};
 
-    use super::super::{InProcess, Options, Patience, STRANGERS, Server};
+    use super::super::{AllowedHosts, InProcessServer, Options, Patience, STRANGERS, Server};
     use super::*;
     use crate::project::Key;
 
     /// How long a test waits before it fails.
     const LONG: Duration = Duration::from_secs(60);
 
-    fn server(folder: &Path) -> InProcess {
+    fn server(folder: &Path) -> InProcessServer {
         let frames = folder.join("frames");
         std::fs::create_dir(&frames).expect("creates");
         for k in 0..3 {
@@ -400,7 +401,8 @@ mod tests {
         }
         let options = Options {
             videos: vec![frames],
-            project: None,
+            projects: ProjectLocation::Beside,
+            hosts: AllowedHosts { allowed: Vec::new(), advice: "" },
             address: ([127, 0, 0, 1], 0).into(),
             config: TrackerConfig::from(Preset::Robust),
             threads: Some(1),
@@ -415,7 +417,7 @@ mod tests {
         Server::open(&options).expect("starts").in_process()
     }
 
-    async fn status(server: &InProcess, method: Method, path: &str, body: &str) -> u16 {
+    async fn status(server: &InProcessServer, method: Method, path: &str, body: &str) -> u16 {
         let access = &server.app.access;
         let shown = access.address(false, "");
         let host = shown.trim_start_matches("http://").trim_end_matches("/#");

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use serde_json::{Value, json};
 
 use super::answer::Refusal;
-use super::clips::{Opened, no_target};
+use super::clips::{OpenClip, no_target};
 use crate::engine::Listener;
 use crate::engine::plan::{self, Span, Wish};
 use crate::project::{Edit, Tracked};
@@ -30,7 +30,7 @@ pub struct Jobs {
 #[derive(Default)]
 struct Queue {
     waiting: VecDeque<(u64, Wish)>,
-    running: Option<Running>,
+    running: Option<RunningJob>,
     /// The thread that works on them.
     worker: Option<JoinHandle<()>>,
     last_id: u64,
@@ -38,7 +38,7 @@ struct Queue {
     closed: bool,
 }
 
-struct Running {
+struct RunningJob {
     id: u64,
     target: u64,
     stop: Arc<AtomicBool>,
@@ -71,7 +71,7 @@ impl Jobs {
     }
 
     /// Begins a job, or lets it wait for those before it. Returns its id.
-    pub fn start(clip: &Arc<Opened>, wish: Wish) -> Result<u64, Refusal> {
+    pub fn start(clip: &Arc<OpenClip>, wish: Wish) -> Result<u64, Refusal> {
         if spans(clip, wish)?.is_empty() {
             return Err(Refusal::bad("there are no frames to track there"));
         }
@@ -93,7 +93,7 @@ impl Jobs {
     pub fn state(&self) -> Value {
         let queue = self.lock();
         let waiting: Vec<u64> = queue.waiting.iter().map(|(_, wish)| wish.target()).collect();
-        let Some(Running { id, target, pace, .. }) = &queue.running else {
+        let Some(RunningJob { id, target, pace, .. }) = &queue.running else {
             return match queue.waiting.front() {
                 Some((id, wish)) => json!({
                     "id": id, "target": wish.target(), "state": "waiting", "waiting": waiting,
@@ -154,7 +154,7 @@ impl Jobs {
     }
 }
 
-fn spans(clip: &Opened, wish: Wish) -> Result<Vec<Span>, Refusal> {
+fn spans(clip: &OpenClip, wish: Wish) -> Result<Vec<Span>, Refusal> {
     let held = clip.hold();
     let target = held.store.project().target(wish.target());
     let target = target.ok_or_else(|| no_target(wish.target()))?;
@@ -162,7 +162,7 @@ fn spans(clip: &Opened, wish: Wish) -> Result<Vec<Span>, Refusal> {
 }
 
 /// Works on the jobs of a clip until none is left.
-fn work(clip: &Arc<Opened>) {
+fn work(clip: &Arc<OpenClip>) {
     loop {
         let mut queue = clip.jobs.lock();
         let Some((id, wish)) = queue.waiting.pop_front() else {
@@ -173,7 +173,7 @@ fn work(clip: &Arc<Opened>) {
         let stop = Arc::new(AtomicBool::new(false));
         let pace = Pace { begun: Instant::now(), done: 0, total: 0 };
         let target = wish.target();
-        queue.running = Some(Running { id, target, stop: Arc::clone(&stop), pace });
+        queue.running = Some(RunningJob { id, target, stop: Arc::clone(&stop), pace });
         drop(queue);
         let result = Job::new(clip, id, target, stop).run(wish);
         // Whoever waits for the end may then change what the job has found.
@@ -193,7 +193,7 @@ fn work(clip: &Arc<Opened>) {
 
 /// A running job.
 struct Job<'a> {
-    clip: &'a Opened,
+    clip: &'a OpenClip,
     id: u64,
     target: u64,
     stop: Arc<AtomicBool>,
@@ -209,7 +209,7 @@ struct Job<'a> {
 }
 
 impl<'a> Job<'a> {
-    fn new(clip: &'a Opened, id: u64, target: u64, stop: Arc<AtomicBool>) -> Self {
+    fn new(clip: &'a OpenClip, id: u64, target: u64, stop: Arc<AtomicBool>) -> Self {
         let now = Instant::now();
         let pace = Pace { begun: now, done: 0, total: 0 };
         Self {

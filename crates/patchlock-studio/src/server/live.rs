@@ -10,10 +10,11 @@ use serde_json::json;
 use tokio::sync::broadcast::Receiver;
 use tokio::sync::broadcast::error::RecvError;
 
-use super::App;
 use super::access::PROTOCOL;
-use super::answer::{At, Refusal};
-use super::clips::Opened;
+use super::answer::{PathParam, Refusal};
+use super::app::App;
+use super::clips::OpenClip;
+use super::pace::SENDING;
 
 /// A window has nothing to say.
 const MESSAGE_BYTES: usize = 1 << 10;
@@ -21,7 +22,7 @@ const MESSAGE_BYTES: usize = 1 << 10;
 /// `GET /api/clips/ID/events`
 pub async fn events(
     State(app): State<Arc<App>>,
-    At(clip): At<usize>,
+    PathParam(clip): PathParam<usize>,
     upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
 ) -> Result<Response, Refusal> {
     let clip = app.clips.open(clip).await?;
@@ -33,14 +34,14 @@ pub async fn events(
     Ok(upgrade.on_upgrade(move |socket| window(socket, events, clip)))
 }
 
-async fn window(socket: WebSocket, events: Receiver<Utf8Bytes>, clip: Arc<Opened>) {
+async fn window(socket: WebSocket, events: Receiver<Utf8Bytes>, clip: Arc<OpenClip>) {
     clip.window(true);
     forward(socket, events, &clip).await;
     clip.window(false);
 }
 
 /// Passes on all events until the window is closed.
-async fn forward(mut socket: WebSocket, mut events: Receiver<Utf8Bytes>, clip: &Opened) {
+async fn forward(mut socket: WebSocket, mut events: Receiver<Utf8Bytes>, clip: &OpenClip) {
     loop {
         let message = tokio::select! {
             event = events.recv() => match event {
@@ -57,7 +58,7 @@ async fn forward(mut socket: WebSocket, mut events: Receiver<Utf8Bytes>, clip: &
                 Some(Ok(_)) => continue,
             },
         };
-        let sent = tokio::time::timeout(super::SENDING, socket.send(message)).await;
+        let sent = tokio::time::timeout(SENDING, socket.send(message)).await;
         if !matches!(sent, Ok(Ok(()))) {
             return;
         }

@@ -9,15 +9,15 @@ use patchlock_media::Picture;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::App;
-use super::answer::{Asked, At, Refusal, aside};
-use super::clips::{Opened, no_target};
+use super::answer::{PathParam, QueryParams, Refusal, aside};
+use super::app::App;
+use super::clips::{OpenClip, no_target};
 use crate::engine::look::compare;
 use crate::project::{Target, Tracked};
 
 /// Where to look.
 #[derive(Deserialize)]
-pub struct Place {
+pub struct LookQuery {
     target: u64,
     frame: usize,
 }
@@ -25,14 +25,14 @@ pub struct Place {
 /// `GET /api/clips/ID/look?target=T&frame=N`
 pub async fn look(
     State(app): State<Arc<App>>,
-    At(clip): At<usize>,
-    Asked(place): Asked<Place>,
+    PathParam(clip): PathParam<usize>,
+    QueryParams(place): QueryParams<LookQuery>,
 ) -> Result<Json<Value>, Refusal> {
     let clip = app.clips.open(clip).await?;
     aside(move || look_at(&clip, &place)).await.map(Json)
 }
 
-fn look_at(clip: &Opened, &Place { target, frame }: &Place) -> Result<Value, Refusal> {
+fn look_at(clip: &OpenClip, &LookQuery { target, frame }: &LookQuery) -> Result<Value, Refusal> {
     let (bbox, tracked, key) = {
         let held = clip.hold();
         let found = held.store.project().target(target).ok_or_else(|| no_target(target))?;
@@ -63,7 +63,7 @@ fn nearest_key(target: &Target, frame: usize) -> Option<(usize, BoundingBox)> {
     keys.min_by_key(|&(frame, _)| far(frame))
 }
 
-fn picture(clip: &Opened, frame: usize) -> Result<Picture, Refusal> {
+fn picture(clip: &OpenClip, frame: usize) -> Result<Picture, Refusal> {
     let mut source = patchlock_media::open_within(&clip.engine.video, false, clip.engine.limits)?;
     let picture = source.frame(frame)?;
     picture.ok_or_else(|| Refusal::unknown(format!("the video ended before frame {frame}")))

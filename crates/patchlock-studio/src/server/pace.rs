@@ -8,8 +8,36 @@ use std::time::Duration;
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio::time::{Instant, Sleep, sleep_until};
 
+/// How long a window may take to receive a message.
+pub const SENDING: Duration = Duration::from_secs(20);
 /// The slowest mean speed, in bytes per second, once the patience has passed.
 const SLOWEST: u64 = 1024;
+
+/// How long the server waits for a client.
+#[derive(Debug, Clone, Copy)]
+pub struct Patience {
+    /// For a request, until its headers are complete.
+    pub headers: Duration,
+    /// For a body, until its next bytes. All of it may take this and a second per KiB.
+    pub body: Duration,
+    /// For an answer, until the client takes the next bytes. All of it may take this and a second
+    /// per KiB.
+    pub answer: Duration,
+    /// For the page that [`super::Server::address_once`] leads to, until it asks for the token.
+    pub code: Duration,
+}
+
+impl Default for Patience {
+    fn default() -> Self {
+        Self {
+            headers: Duration::from_secs(30),
+            body: Duration::from_secs(20),
+            answer: Duration::from_secs(60),
+            // Browsers that are installed as snaps may take a minute to start.
+            code: Duration::from_secs(120),
+        }
+    }
+}
 
 /// How far a transfer is. It may pause for the patience, and as a whole take the patience and the
 /// time that its bytes need at [`SLOWEST`].
@@ -43,14 +71,14 @@ impl Pace {
 
 /// A connection whose other end must take what is written.
 #[derive(Debug)]
-pub struct Paced<S> {
+pub struct PacedStream<S> {
     stream: S,
     patience: Duration,
     /// What is being written, while the other end does not take all of it at once.
     slow: Option<(Pace, Pin<Box<Sleep>>)>,
 }
 
-impl<S> Paced<S> {
+impl<S> PacedStream<S> {
     pub fn new(stream: S, patience: Duration) -> Self {
         Self { stream, patience, slow: None }
     }
@@ -81,7 +109,7 @@ impl<S> Paced<S> {
     }
 }
 
-impl<S: AsyncRead + Unpin> AsyncRead for Paced<S> {
+impl<S: AsyncRead + Unpin> AsyncRead for PacedStream<S> {
     fn poll_read(
         mut self: Pin<&mut Self>,
         context: &mut Context<'_>,
@@ -91,7 +119,7 @@ impl<S: AsyncRead + Unpin> AsyncRead for Paced<S> {
     }
 }
 
-impl<S: AsyncWrite + Unpin> AsyncWrite for Paced<S> {
+impl<S: AsyncWrite + Unpin> AsyncWrite for PacedStream<S> {
     fn poll_write(
         mut self: Pin<&mut Self>,
         context: &mut Context<'_>,
@@ -145,7 +173,7 @@ mod tests {
             }
         });
         let begun = Instant::now();
-        let mut paced = Paced::new(ours, PATIENCE);
+        let mut paced = PacedStream::new(ours, PATIENCE);
         let written = paced.write_all(&vec![7; bytes]).await;
         let time = begun.elapsed();
         drop(paced);
@@ -156,7 +184,7 @@ mod tests {
     #[tokio::test(start_paused = true)]
     async fn an_answer_that_nobody_takes_is_ended() {
         let (ours, theirs) = duplex(64);
-        let mut paced = Paced::new(ours, PATIENCE);
+        let mut paced = PacedStream::new(ours, PATIENCE);
         let error = paced.write_all(&[7; 100]).await.expect_err("nobody reads");
         assert_eq!(error.kind(), io::ErrorKind::TimedOut);
         drop(theirs);

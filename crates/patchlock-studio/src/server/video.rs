@@ -12,9 +12,9 @@ use patchlock_media::{Ahead, FrameRate, Mp4Writer, Picture};
 use serde_json::json;
 use tempfile::NamedTempFile;
 
-use super::App;
-use super::answer::{At, Refusal, aside};
-use super::clips::{Opened, no_target};
+use super::answer::{PathParam, Refusal, aside};
+use super::app::App;
+use super::clips::{OpenClip, no_target};
 use super::files::{cannot_keep, download, stem};
 use crate::drawing::canvas::{Canvas, Line};
 use crate::drawing::{LOST, lost_box, scale, tag, upright};
@@ -30,9 +30,9 @@ const EXPECTED: usize = 1 << 20;
 const MESSAGES: Duration = Duration::from_millis(500);
 
 /// Stops work on an answer when nobody waits for it any more.
-struct Waits(Arc<AtomicBool>);
+struct StopGuard(Arc<AtomicBool>);
 
-impl Drop for Waits {
+impl Drop for StopGuard {
     fn drop(&mut self) {
         self.0.store(true, Ordering::SeqCst);
     }
@@ -41,10 +41,10 @@ impl Drop for Waits {
 /// `GET /api/clips/ID/video`
 pub async fn annotated(
     State(app): State<Arc<App>>,
-    At(clip): At<usize>,
+    PathParam(clip): PathParam<usize>,
 ) -> Result<Response, Refusal> {
     let clip = app.clips.open(clip).await?;
-    let waits = Waits(Arc::default());
+    let waits = StopGuard(Arc::default());
     let stop = Arc::clone(&waits.0);
     let name = format!("{}.annotated.mp4", stem(&clip.name));
     let file = aside(move || write(&clip, &stop)).await?;
@@ -52,7 +52,7 @@ pub async fn annotated(
     download(file.into_temp_path(), "video/mp4", &name).await
 }
 
-fn write(clip: &Opened, stop: &AtomicBool) -> Result<NamedTempFile, Refusal> {
+fn write(clip: &OpenClip, stop: &AtomicBool) -> Result<NamedTempFile, Refusal> {
     let project = clip.hold().store.project().clone();
     let size = [clip.width, clip.height];
     encode(clip, (0, clip.frames - 1), size, stop, |frame, picture| paint(&project, frame, picture))
@@ -61,10 +61,10 @@ fn write(clip: &Opened, stop: &AtomicBool) -> Result<NamedTempFile, Refusal> {
 /// `GET /api/clips/ID/targets/T/clip`: the frames of a target, cut around it.
 pub async fn around(
     State(app): State<Arc<App>>,
-    At((clip, target)): At<(usize, u64)>,
+    PathParam((clip, target)): PathParam<(usize, u64)>,
 ) -> Result<Response, Refusal> {
     let clip = app.clips.open(clip).await?;
-    let waits = Waits(Arc::default());
+    let waits = StopGuard(Arc::default());
     let stop = Arc::clone(&waits.0);
     let name = format!("{}.{target}.mp4", stem(&clip.name));
     let file = aside(move || write_around(&clip, target, &stop)).await?;
@@ -72,7 +72,7 @@ pub async fn around(
     download(file.into_temp_path(), "video/mp4", &name).await
 }
 
-fn write_around(clip: &Opened, id: u64, stop: &AtomicBool) -> Result<NamedTempFile, Refusal> {
+fn write_around(clip: &OpenClip, id: u64, stop: &AtomicBool) -> Result<NamedTempFile, Refusal> {
     let target = clip.hold().store.project().target(id).cloned().ok_or_else(|| no_target(id))?;
     let whole = [clip.width, clip.height];
     let frames = target.keys.keys().chain(target.tracked.keys());
@@ -114,7 +114,7 @@ fn cut(rgb: &[u8], width: usize, [left, top]: [usize; 2], [w, h]: [usize; 2]) ->
 
 /// Encodes a stretch of frames as `paint` makes them of the pictures; it ends early with an error.
 fn encode(
-    clip: &Opened,
+    clip: &OpenClip,
     (first, last): (usize, usize),
     [width, height]: [usize; 2],
     stop: &AtomicBool,
@@ -155,7 +155,7 @@ fn paint(project: &Project, frame: usize, picture: &Picture) -> Vec<u8> {
         return rgb.into_owned();
     };
     let drawn: Vec<_> =
-        project.targets.iter().filter_map(|target| Drawn::new(target, frame)).collect();
+        project.targets.iter().filter_map(|target| TargetDrawing::new(target, frame)).collect();
     drawn.iter().for_each(|target| target.outline(&mut canvas));
     // Tags are drawn last, so that no line covers them.
     drawn.iter().for_each(|target| target.tag(&mut canvas));
@@ -163,14 +163,14 @@ fn paint(project: &Project, frame: usize, picture: &Picture) -> Vec<u8> {
 }
 
 /// A target in a frame.
-struct Drawn {
+struct TargetDrawing {
     bbox: BoundingBox,
     status: Status,
     words: String,
     colour: [u8; 3],
 }
 
-impl Drawn {
+impl TargetDrawing {
     fn new(target: &Target, frame: usize) -> Option<Self> {
         let (label, id) = (&target.label, target.id);
         let colour = colour(target);

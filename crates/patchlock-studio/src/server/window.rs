@@ -27,17 +27,22 @@ use tokio::runtime::Runtime;
 use tokio::sync::watch;
 
 use super::access::{self, Access};
-use super::answer::{Arriving, At, Refusal};
+use super::answer::{BodyReader, PathParam, Refusal};
+use super::code::{self, CodeStatus, Exchange, OneTimeCode};
+use super::error::Error;
 use super::frames::jpeg;
-use super::once::{self, Exchange, Once, Worth};
-use super::{Error, Patience, SENDING, STRANGERS, connections, token};
+use super::host::AllowedHosts;
+use super::options::STRANGERS;
+use super::pace::{Patience, SENDING};
+use super::{connections, token};
 
 /// Largest message of a page: many boxes.
 const MESSAGE_BYTES: usize = 64 << 10;
 /// How often somebody who waits for boxes is asked whether to stop.
 const LOOK: Duration = Duration::from_millis(100);
-/// Pages of this machine, which may show the window within them: notebooks do.
-const NOTEBOOKS: &str = "http://localhost:* http://127.0.0.1:*";
+/// Pages that may show the window within them: notebooks of this machine, and those that are served
+/// by the same proxy.
+const NOTEBOOKS: &str = "'self' http://localhost:* http://127.0.0.1:*";
 
 const FILES: [(&str, &str, &str); 3] = [
     ("", "text/html; charset=utf-8", include_str!("../window/window.html")),
@@ -45,28 +50,40 @@ const FILES: [(&str, &str, &str); 3] = [
     ("window.css", "text/css; charset=utf-8", include_str!("../window/window.css")),
 ];
 
+/// What the caller of a window decides.
+#[derive(Debug, Clone)]
+pub struct WindowOptions {
+    /// The port to listen on; with 0, the system chooses one.
+    pub port: u16,
+    /// The hosts under which the page is read elsewhere, through a proxy for example.
+    pub hosts: AllowedHosts,
+    /// Whether a notebook may show the page within its own: one of this machine or of these hosts.
+    pub in_notebook: bool,
+}
+
 /// A page with its server, which answers as long as this is not dropped.
 pub struct Window {
-    shared: Arc<Shared>,
+    shared: Arc<WindowState>,
     /// `None` only while it is dropped.
     runtime: Option<Runtime>,
 }
 
 /// A frame, and what the page writes and draws on it.
-struct Shown {
+struct WindowFrame {
     picture: Picture,
     about: Value,
 }
 
-struct Shared {
+struct WindowState {
     access: Access,
-    once: Once,
-    frames: watch::Sender<Option<Arc<Shown>>>,
+    code: OneTimeCode,
+    frames: watch::Sender<Option<Arc<WindowFrame>>>,
     /// Pages that are open.
     pages: AtomicUsize,
     question: Mutex<Question>,
     answered: Condvar,
-    in_notebook: bool,
+    /// The sources of pages that may show this one within them.
+    frame_ancestors: String,
 }
 
 /// Whether boxes are wanted, and those that a person has drawn.
@@ -80,7 +97,7 @@ struct Question {
 /// What a page says.
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "lowercase", deny_unknown_fields)]
-enum Said {
+enum PageMessage {
     /// The last frame was drawn.
     Drawn,
     /// Boxes: left, top, width, height.
@@ -101,26 +118,32 @@ pub enum Answer {
 }
 
 impl Window {
-    /// Listens on this port of this machine; with 0, the system chooses one. A window for a notebook
-    /// may be shown within another page of this machine.
+    /// Listens on a port of this machine.
     ///
     /// # Errors
     /// [`Error::Listen`] if the port is taken, [`Error::Start`] if the system gives no threads.
-    pub fn open(port: u16, in_notebook: bool) -> Result<Self, Error> {
+    pub fn open(options: WindowOptions) -> Result<Self, Error> {
+        let WindowOptions { port, hosts, in_notebook } = options;
         let address = SocketAddr::from((Ipv4Addr::LOCALHOST, port));
         let listen = |reason| Error::Listen { address, reason };
         let listener = TcpListener::bind(address).map_err(listen)?;
         let address = listener.local_addr().map_err(listen)?;
         listener.set_nonblocking(true).map_err(listen)?;
-        let access = Access::new(address, token::draw().map_err(Error::Start)?);
-        let shared = Arc::new(Shared {
+        let frame_ancestors = match in_notebook {
+            true => hosts.allowed.iter().fold(NOTEBOOKS.to_owned(), |all, host| {
+                format!("{all} http://{host} https://{host}")
+            }),
+            false => "'none'".to_owned(),
+        };
+        let access = Access::new(address, hosts, token::draw().map_err(Error::Start)?);
+        let shared = Arc::new(WindowState {
             access: access.map_err(Error::Start)?,
-            once: Once::default(),
+            code: OneTimeCode::default(),
             frames: watch::Sender::new(None),
             pages: AtomicUsize::new(0),
             question: Mutex::default(),
             answered: Condvar::new(),
-            in_notebook,
+            frame_ancestors,
         });
         let start = |error: std::io::Error| Error::Start(error.to_string());
         let runtime = tokio::runtime::Builder::new_multi_thread()
@@ -136,6 +159,11 @@ impl Window {
         Ok(Self { shared, runtime: Some(runtime) })
     }
 
+    /// The port that it listens on.
+    pub fn port(&self) -> u16 {
+        self.shared.access.port()
+    }
+
     /// The address of the page, with the token.
     pub fn address(&self) -> String {
         self.shared.access.address(false, self.shared.access.token())
@@ -146,7 +174,7 @@ impl Window {
     /// # Errors
     /// [`Error::Start`] if the system gives no random numbers.
     pub fn address_once(&self) -> Result<String, Error> {
-        let code = self.shared.once.draw().map_err(Error::Start)?;
+        let code = self.shared.code.draw().map_err(Error::Start)?;
         Ok(self.shared.access.address(false, &code))
     }
 
@@ -159,7 +187,7 @@ impl Window {
     /// the frame.
     pub fn show(&self, picture: &Picture, about: impl FnOnce() -> Value) {
         if self.is_watched() {
-            let shown = Shown { picture: picture.clone(), about: about() };
+            let shown = WindowFrame { picture: picture.clone(), about: about() };
             self.shared.frames.send_replace(Some(Arc::new(shown)));
         }
     }
@@ -169,7 +197,7 @@ impl Window {
         let (width, height) = (picture.width, picture.height);
         *self.shared.question() = Question { open: Some([frame, width, height]), answer: None };
         let about = json!({ "ask": true, "frame": frame, "targets": [] });
-        let shown = Shown { picture: picture.clone(), about };
+        let shown = WindowFrame { picture: picture.clone(), about };
         self.shared.frames.send_replace(Some(Arc::new(shown)));
         let mut question = self.shared.question();
         loop {
@@ -195,21 +223,21 @@ impl Drop for Window {
     }
 }
 
-impl Shared {
+impl WindowState {
     fn question(&self) -> MutexGuard<'_, Question> {
         self.question.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Takes the answer of a page; what the page is told.
-    fn answer(&self, said: Said) -> Value {
+    fn answer(&self, said: PageMessage) -> Value {
         let mut question = self.question();
         let Some([frame, width, height]) = question.open else {
             return json!({ "error": "the boxes were drawn already" });
         };
         let answer = match said {
-            Said::Drawn => return Value::Null,
-            Said::Cancel => Answer::Cancelled,
-            Said::Boxes(boxes) => {
+            PageMessage::Drawn => return Value::Null,
+            PageMessage::Cancel => Answer::Cancelled,
+            PageMessage::Boxes(boxes) => {
                 let boxes: Vec<BoundingBox> =
                     boxes.into_iter().map(|[x, y, w, h]| BoundingBox { x, y, w, h }).collect();
                 if boxes.is_empty() {
@@ -230,17 +258,16 @@ impl Shared {
     }
 }
 
-fn routes(shared: Arc<Shared>) -> Router {
-    let guard = |State(shared): State<Arc<Shared>>, request, next| async move {
-        let frames = if shared.in_notebook { NOTEBOOKS } else { "'none'" };
-        access::guarded(&shared.access, frames, request, next).await
+fn routes(shared: Arc<WindowState>) -> Router {
+    let guard = |State(shared): State<Arc<WindowState>>, request, next| async move {
+        access::guarded(&shared.access, &shared.frame_ancestors, request, next).await
     };
     Router::new()
-        .route(once::PATH, post(exchange))
+        .route(code::PATH, post(exchange))
         .route("/api/frames", get(frames))
         .route("/api/{*rest}", any(unknown))
         .route("/", get(async || embedded("")))
-        .route("/{file}", get(async |At(path): At<String>| embedded(&path)))
+        .route("/{file}", get(async |PathParam(path): PathParam<String>| embedded(&path)))
         .fallback(unknown)
         .layer(middleware::from_fn_with_state(Arc::clone(&shared), guard))
         .with_state(shared)
@@ -258,12 +285,16 @@ fn embedded(path: &str) -> Response {
 }
 
 /// `POST /api/token`
-async fn exchange(State(shared): State<Arc<Shared>>, body: Body) -> Result<Json<Value>, Refusal> {
+async fn exchange(
+    State(shared): State<Arc<WindowState>>,
+    body: Body,
+) -> Result<Json<Value>, Refusal> {
     let patience = Patience::default();
-    let Exchange { code } = Arriving::new(body, once::REQUEST_BYTES, patience.body)?.json().await?;
-    match shared.once.take(&code, patience.code) {
-        Worth::Token => Ok(Json(json!({ "token": shared.access.token() }))),
-        Worth::Void | Worth::Unknown => {
+    let Exchange { code } =
+        BodyReader::new(body, code::REQUEST_BYTES, patience.body)?.json().await?;
+    match shared.code.take(&code, patience.code) {
+        CodeStatus::Valid => Ok(Json(json!({ "token": shared.access.token() }))),
+        CodeStatus::Expired | CodeStatus::Unknown => {
             let message = "this address was used already, or opened too late";
             Err(Refusal::new(StatusCode::UNAUTHORIZED, message)
                 .hint("open the address that the program has printed"))
@@ -273,7 +304,7 @@ async fn exchange(State(shared): State<Arc<Shared>>, body: Body) -> Result<Json<
 
 /// `GET /api/frames`
 async fn frames(
-    State(shared): State<Arc<Shared>>,
+    State(shared): State<Arc<WindowState>>,
     upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
 ) -> Result<Response, Refusal> {
     let upgrade = upgrade.map_err(|error| Refusal::bad(error.body_text()))?;
@@ -286,7 +317,7 @@ async fn frames(
 }
 
 /// Sends the newest frame whenever the page has drawn the last one, until it is closed.
-async fn page(mut socket: WebSocket, shared: &Arc<Shared>) {
+async fn page(mut socket: WebSocket, shared: &Arc<WindowState>) {
     let mut frames = shared.frames.subscribe();
     frames.mark_changed();
     let mut is_ready = true;
@@ -307,7 +338,7 @@ async fn page(mut socket: WebSocket, shared: &Arc<Shared>) {
             },
             received = socket.recv() => match received {
                 Some(Ok(Message::Text(text))) => match serde_json::from_str(&text) {
-                    Ok(Said::Drawn) => {
+                    Ok(PageMessage::Drawn) => {
                         is_ready = true;
                         continue;
                     }
@@ -327,7 +358,7 @@ async fn page(mut socket: WebSocket, shared: &Arc<Shared>) {
 
 /// A frame as it is sent: the length of what is said about it in four bytes, little end first; that
 /// as JSON; a JPEG.
-fn encoded(shown: &Shown) -> Result<Vec<u8>, Refusal> {
+fn encoded(shown: &WindowFrame) -> Result<Vec<u8>, Refusal> {
     let about = shown.about.to_string();
     let mut bytes = (about.len() as u32).to_le_bytes().to_vec();
     bytes.extend(about.as_bytes());

@@ -383,7 +383,7 @@ new ResizeObserver(() => {
 async function token() {
     const secret = location.hash.slice(1);
     if (!secret.startsWith('once-')) return secret;
-    const answer = await fetch('/api/token', {
+    const answer = await fetch('api/token', {
         method: 'POST',
         body: JSON.stringify({ code: secret }),
         headers: { 'Content-Type': 'application/json' },
@@ -396,7 +396,10 @@ async function token() {
 
 async function main() {
     const secret = await token();
-    socket = new WebSocket(`ws://${location.host}/api/frames`, ['patchlock', secret]);
+    // The page may be below another one, as a proxy serves it.
+    const address = new URL('api/frames', document.baseURI);
+    address.protocol = address.protocol === 'https:' ? 'wss:' : 'ws:';
+    socket = new WebSocket(address, ['patchlock', secret]);
     socket.binaryType = 'arraybuffer';
     socket.addEventListener('message', ({ data }) => {
         if (typeof data === 'string') answer(data);

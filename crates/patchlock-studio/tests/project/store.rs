@@ -8,7 +8,9 @@ use std::time::{Duration, Instant};
 
 use patchlock::Status;
 use patchlock_media::Limits;
-use patchlock_studio::project::{Change, Edit, Error, LABELS_FILE, Shared, Store, Tracked, beside};
+use patchlock_studio::project::{
+    Change, Edit, Error, LABELS_FILE, Shared, Store, Tracked, beside, in_folder,
+};
 
 use crate::support::{FRAMES, Place, add, bbox, bmp, write_images};
 
@@ -100,6 +102,41 @@ fn videos_that_differ_by_their_extension_have_files_of_their_own() {
     // A video that was renamed keeps its project.
     fs::remove_file(&first).unwrap();
     assert_eq!(beside(&second, |_| false), short);
+}
+
+/// Videos of the same name, of several folders, with their projects in one.
+#[test]
+fn videos_of_one_name_have_projects_of_their_own_in_a_folder() {
+    let place = tempfile::tempdir().unwrap();
+    let folder = place.path().join("projects");
+    fs::create_dir(&folder).unwrap();
+    let video = |name: &str, length: usize| {
+        let file = place.path().join(name).join("clip.bmp");
+        fs::create_dir(file.parent().unwrap()).unwrap();
+        fs::write(&file, bmp(64, length)).unwrap();
+        file
+    };
+    let (a, b, c) = (video("a", 48), video("b", 40), video("c", 32));
+    let file = |video: &Path| in_folder(&folder, video, |_| false);
+    let short = folder.join("clip.patchlock.json");
+    assert_eq!([&a, &b].map(|video| file(video)), [short.clone(), short.clone()]);
+    // The first has taken the name, though its file is not written yet.
+    let of_b = in_folder(&folder, &b, |file| file == short);
+    let name = of_b.file_name().unwrap().to_str().unwrap();
+    assert!(of_b.parent() == Some(&*folder) && name.len() == "clip-01234567.patchlock.json".len());
+    Store::create(&of_b, &b).unwrap().save().unwrap();
+    assert_eq!(file(&b), of_b);
+    Store::create(&short, &a).unwrap().save().unwrap();
+    assert_eq!([file(&a), file(&b)], [short.clone(), of_b.clone()]);
+    assert!(file(&c) != short && file(&c) != of_b);
+    // A video that is away keeps its project from others, until it is found elsewhere.
+    let moved = place.path().join("moved");
+    fs::rename(a.parent().unwrap(), &moved).unwrap();
+    assert_ne!(file(&c), short);
+    assert_eq!(file(&moved.join("clip.bmp")), short);
+    assert_eq!(file(place.path().join("b/../b/clip.bmp").as_path()), of_b);
+    // A folder of images.
+    assert_eq!(file(&moved), folder.join("moved.patchlock.json"));
 }
 
 #[test]

@@ -82,6 +82,13 @@ fn a_server_that_is_started_again_has_the_same_token() {
     open.address.set_port(server.address.port());
     server.restart_with(&open);
     assert_ne!(server.token, first);
+    let mut proxied = open.clone();
+    proxied.address.set_ip([127, 0, 0, 1].into());
+    proxied.hosts.allowed = vec!["studio.example.org".parse().expect("a host")];
+    server.restart_with(&proxied);
+    let first = server.token.clone();
+    server.restart_with(&proxied);
+    assert_ne!(server.token, first);
 }
 
 /// Asks for the token without having it.
@@ -134,9 +141,11 @@ fn only_this_machine_is_answered_for() {
         format!("evil.example:{port}"),
         format!("127.0.0.1.evil.example:{port}"),
         format!("localhost.evil.example:{port}"),
+        format!("localhost.:{port}"),
         format!("10.0.0.1:{port}"),
-        format!("127.0.0.1:{}", port ^ 1),
-        "127.0.0.1".to_owned(),
+        "[::ffff:10.0.0.1]".to_owned(),
+        format!("localhost:{port}:1"),
+        "localhost:65536".to_owned(),
         String::new(),
     ] {
         for path in ["/", "/api/clips"] {
@@ -145,13 +154,123 @@ fn only_this_machine_is_answered_for() {
             assert!(matches!(answer.status, 400 | 403), "{host} {path}: {}", answer.status);
         }
     }
-    for host in [format!("127.0.0.1:{port}"), format!("localhost:{port}")] {
+    // A tunnel or a published port has another number; that of HTTP is left out.
+    let (other, tunnel) = (port ^ 1, format!("localhost:{}", port ^ 1));
+    for host in [
+        format!("127.0.0.1:{port}"),
+        format!("localhost:{port}"),
+        format!("127.0.0.1:{other}"),
+        format!("[::1]:{other}"),
+        tunnel.clone(),
+        "localhost".to_owned(),
+    ] {
         let header = format!("Host: {host}");
         assert_eq!(server.send_with("GET", "/api/clips", &[&header, &bearer], &[]).status, 200);
         assert_eq!(server.send_with("GET", "/", &[&header], &[]).status, 200);
     }
+    // The page that a browser names is then that of the tunnel, and no other of this machine.
+    let host = format!("Host: {tunnel}");
+    for (origin, status) in [
+        (format!("http://{tunnel}"), 200),
+        (format!("https://{tunnel}"), 200),
+        (format!("http://localhost:{port}"), 403),
+        (format!("http://127.0.0.1:{other}"), 403),
+        ("http://localhost".to_owned(), 403),
+    ] {
+        let header = format!("Origin: {origin}");
+        let answer = server.send_with("GET", "/api/clips", &[&host, &header, &bearer], &[]);
+        assert_eq!(answer.status, status, "{origin}");
+    }
     let twice = format!("Host: evil.example\r\nHost: 127.0.0.1:{port}");
     assert!(matches!(server.send_with("GET", "/", &[&twice], &[]).status, 400 | 403));
+}
+
+/// A server that a proxy serves at some hosts.
+fn proxied(hosts: &[&str]) -> Running {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("clip.mp4");
+    let truth = video(&file);
+    let mut options = options(vec![file], folder.path());
+    options.hosts.allowed = hosts.iter().map(|host| host.parse().expect("a host")).collect();
+    Running::with(options, folder, truth)
+}
+
+#[test]
+fn a_host_is_allowed_with_the_token_and_others_are_not() {
+    let server = proxied(&["studio.example.org", "10.0.0.7:8443"]);
+    let bearer = format!("Patchlock-Token: {}", server.token);
+    let status = |host: &str, headers: &[&str]| {
+        let host = format!("Host: {host}");
+        let headers: Vec<&str> = headers.iter().copied().chain([&*host]).collect();
+        let answer = server.send_with("GET", "/api/clips", &headers, &[]);
+        if answer.status >= 400 {
+            assert!(answer.json()["hint"].as_str().is_some(), "{}", answer.text());
+        }
+        answer.status
+    };
+    for host in ["studio.example.org", "Studio.Example.org:8080", "10.0.0.7:8443", "localhost:1"] {
+        assert_eq!(status(host, &[&bearer]), 200, "{host}");
+        assert_eq!(status(host, &[]), 401, "{host}");
+        assert_eq!(status(host, &["Patchlock-Token: 00"]), 401, "{host}");
+    }
+    for host in ["evil.example", "evil.studio.example.org", "10.0.0.7:8444", "10.0.0.8:8443"] {
+        assert_eq!(status(host, &[&bearer]), 403, "{host}");
+        assert_eq!(status(host, &[]), 403, "{host}");
+    }
+    // A proxy may leave its own name out of the request, but not what the browser says of the page.
+    let local = server.address.to_string();
+    for (host, origin, expected) in [
+        ("studio.example.org", "https://studio.example.org", 200),
+        ("studio.example.org", "https://studio.example.org:8443", 200),
+        (&*local, "https://studio.example.org", 200),
+        ("10.0.0.7:8443", "https://10.0.0.7:8443", 200),
+        ("studio.example.org", "https://evil.example", 403),
+        ("studio.example.org", "https://studio.example.org.evil.example", 403),
+        (&*local, "https://10.0.0.7", 403),
+        (&*local, "https://evil.example", 403),
+    ] {
+        let origin = format!("Origin: {origin}");
+        assert_eq!(status(host, &[&origin, &bearer]), expected, "{host} {origin}");
+    }
+    let cross = ["Host: studio.example.org", "Sec-Fetch-Site: cross-site", &bearer];
+    assert_eq!(server.send_with("GET", "/api/clips", &cross, &[]).status, 403);
+}
+
+#[test]
+fn sockets_are_opened_at_an_allowed_host_too() {
+    let server = proxied(&["studio.example.org"]);
+    let protocols = format!("patchlock, {}", server.token);
+    let opens = |headers: &[(&'static str, &str)], protocols: &str| {
+        server.try_socket_with("/api/clips/1/events", protocols, headers).is_ok()
+    };
+    let host = ("Host", "studio.example.org");
+    assert!(opens(&[host, ("Origin", "https://studio.example.org")], &protocols));
+    assert!(opens(&[("Origin", "https://studio.example.org")], &protocols));
+    // The proxy may have users of its own.
+    assert!(opens(&[host, ("Authorization", "Basic dTpw")], &protocols));
+    assert!(!opens(&[host], "patchlock, 00"));
+    assert!(!opens(&[host, ("Origin", "https://evil.example")], &protocols));
+    assert!(!opens(&[("Host", "evil.example")], &protocols));
+}
+
+#[test]
+fn what_a_proxy_asks_of_its_users_does_not_hide_the_token() {
+    let server = Running::new();
+    let own = format!("Patchlock-Token: {}", server.token);
+    let bearer = format!("Authorization: Bearer {}", server.token);
+    for (headers, status) in [
+        (vec!["Authorization: Basic dTpw", &own], 200),
+        (vec!["Authorization: Bearer another", &own], 200),
+        (vec![&*bearer], 200),
+        (vec![&*bearer, "Patchlock-Token: 00"], 401),
+        (vec!["Authorization: Basic dTpw"], 401),
+    ] {
+        assert_eq!(
+            server.send_with("GET", "/api/clips", &headers, &[]).status,
+            status,
+            "{headers:?}"
+        );
+    }
 }
 
 #[test]
@@ -201,6 +320,12 @@ fn every_answer_tells_the_browser_to_keep_the_page_in_its_place() {
         assert_eq!(answer.header("x-content-type-options"), Some("nosniff"), "{path}");
         assert_eq!(answer.header("referrer-policy"), Some("no-referrer"), "{path}");
     }
+    let proxied = proxied(&["studio.example.org"]).get("/");
+    let policy = proxied.header("content-security-policy").expect("is there");
+    assert!(
+        policy.contains("wss://studio.example.org:*") && !policy.contains("unsafe"),
+        "{policy}"
+    );
     assert_eq!(server.get("/api/clips").header("cache-control"), Some("no-store"));
     assert_eq!(server.get("/").header("content-type"), Some("text/html; charset=utf-8"));
 }

@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use image::ImageFormat;
 use patchlock::Preset;
 use patchlock_studio::project::Store;
+use patchlock_studio::server::ProjectLocation;
 use patchlock_track::models;
 use serde_json::{Value, json};
 use tungstenite::{Message, WebSocket};
@@ -110,7 +111,7 @@ fn what_could_not_be_written_is_written_at_the_end() {
         let projects = folder.path().join("projects");
         std::fs::create_dir(&projects).expect("creates");
         let mut options = options(vec![folder.path().join("clip.mp4")], folder.path());
-        options.project = Some(projects.join("p.json"));
+        options.projects = ProjectLocation::File(projects.join("p.json"));
         let mut server = Running::with(options, folder, truth);
         let away = projects.with_file_name("away");
         std::fs::rename(&projects, &away).expect("moves");

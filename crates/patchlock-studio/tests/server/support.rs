@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use patchlock::{BoundingBox, Preset, TrackerConfig};
 use patchlock_media::{FrameRate, Limits, Mp4Writer};
 use patchlock_scene::Scene;
-use patchlock_studio::server::{self, Options, Patience, Server};
+use patchlock_studio::server::{self, AllowedHosts, Options, Patience, ProjectLocation, Server};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 use tungstenite::WebSocket;
@@ -78,7 +78,8 @@ pub fn options(videos: Vec<PathBuf>, uploads: &Path) -> Options {
     };
     Options {
         videos,
-        project: None,
+        projects: ProjectLocation::Beside,
+        hosts: AllowedHosts { allowed: Vec::new(), advice: "allow it" },
         address: ([127, 0, 0, 1], 0).into(),
         config: TrackerConfig::from(Preset::Robust),
         threads: Some(1),
@@ -216,10 +217,23 @@ impl Running {
 
     /// Opens a WebSocket with these subprotocols.
     pub fn try_socket(&self, path: &str, protocols: &str) -> Result<WebSocket<TcpStream>, String> {
+        self.try_socket_with(path, protocols, &[])
+    }
+
+    /// Opens a WebSocket with these subprotocols and headers.
+    pub fn try_socket_with(
+        &self,
+        path: &str,
+        protocols: &str,
+        headers: &[(&'static str, &str)],
+    ) -> Result<WebSocket<TcpStream>, String> {
         let mut request =
             format!("ws://{}{path}", self.address).into_client_request().expect("is valid");
         let protocols = protocols.parse().expect("is valid");
         request.headers_mut().insert("Sec-WebSocket-Protocol", protocols);
+        for (name, value) in headers {
+            request.headers_mut().insert(*name, value.parse().expect("is valid"));
+        }
         let opened = tungstenite::client(request, self.connect());
         opened.map(|(socket, _)| socket).map_err(|error| error.to_string())
     }

@@ -21,10 +21,10 @@ pub(super) struct Key {
 /// Encoded frames of all clips. It holds a number of bytes, not of frames.
 pub struct Cache {
     most: usize,
-    held: Mutex<Held>,
+    held: Mutex<CacheState>,
 }
 
-struct Held {
+struct CacheState {
     frames: LruCache<Key, Bytes>,
     bytes: usize,
 }
@@ -37,7 +37,7 @@ impl Default for Cache {
 
 impl Cache {
     fn new(most: usize) -> Self {
-        Self { most, held: Mutex::new(Held { frames: LruCache::unbounded(), bytes: 0 }) }
+        Self { most, held: Mutex::new(CacheState { frames: LruCache::unbounded(), bytes: 0 }) }
     }
 
     pub(super) fn get(&self, key: Key) -> Option<Bytes> {

@@ -37,7 +37,7 @@ pub(super) struct Job {
 }
 
 #[derive(Default)]
-struct Wanted {
+struct RequestQueue {
     requests: Vec<Request>,
     /// The frame that was last looked at, and the number of the one before it.
     last: Option<(Key, usize)>,
@@ -47,7 +47,7 @@ struct Wanted {
     closed: bool,
 }
 
-impl Wanted {
+impl RequestQueue {
     fn look(&mut self, key: Key) {
         let before = self.last.map_or(key.frame, |(last, _)| last.frame);
         self.last = Some((key, before));
@@ -56,14 +56,14 @@ impl Wanted {
 }
 
 #[derive(Default)]
-struct Shared {
-    wanted: Mutex<Wanted>,
+struct DecoderState {
+    wanted: Mutex<RequestQueue>,
     asked: Condvar,
 }
 
 /// A thread that decodes; it ends when this is dropped.
 pub(super) struct Decoder {
-    shared: Arc<Shared>,
+    shared: Arc<DecoderState>,
 }
 
 impl Drop for Decoder {
@@ -75,7 +75,7 @@ impl Drop for Decoder {
 
 impl Decoder {
     pub(super) fn start(job: Job) -> Self {
-        let shared = Arc::new(Shared::default());
+        let shared = Arc::new(DecoderState::default());
         let theirs = Arc::clone(&shared);
         thread::spawn(move || job.run(&theirs));
         Self { shared }
@@ -105,7 +105,7 @@ enum Task {
 }
 
 impl Job {
-    fn run(self, shared: &Shared) {
+    fn run(self, shared: &DecoderState) {
         let mut source = None;
         loop {
             let position = source.as_ref().map_or(0, |source: &Source| source.next);
@@ -132,7 +132,7 @@ impl Job {
     }
 
     /// Waits for something to do.
-    fn next(&self, shared: &Shared, position: usize) -> Task {
+    fn next(&self, shared: &DecoderState, position: usize) -> Task {
         let mut wanted = lock(&shared.wanted);
         loop {
             if wanted.closed {
@@ -157,7 +157,7 @@ impl Job {
     }
 
     /// A neighbour of the last frame that is not in the cache.
-    fn missing(&self, wanted: &Wanted) -> Option<Key> {
+    fn missing(&self, wanted: &RequestQueue) -> Option<Key> {
         let (last, before) = wanted.last.filter(|_| self.prepares && wanted.prepare)?;
         let mut near = neighbours(last.frame, last.frame >= before, self.frames);
         let missing = |frame: &usize| !self.cache.holds(Key { frame: *frame, ..last });

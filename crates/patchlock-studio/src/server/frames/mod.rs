@@ -20,8 +20,8 @@ use patchlock_media::{Limits, Picture};
 use serde::Deserialize;
 use tokio::sync::oneshot;
 
-use super::App;
-use super::answer::{Asked, At, Refusal};
+use super::answer::{PathParam, QueryParams, Refusal};
+use super::app::App;
 use cache::Key;
 use decoder::{Decoder, Job, Request};
 
@@ -83,8 +83,8 @@ pub struct Size {
 /// `GET /api/clips/ID/frames/N?width=W`
 pub async fn frame(
     State(app): State<Arc<App>>,
-    At((clip, frame)): At<(usize, usize)>,
-    Asked(Size { width }): Asked<Size>,
+    PathParam((clip, frame)): PathParam<(usize, usize)>,
+    QueryParams(Size { width }): QueryParams<Size>,
     headers: HeaderMap,
 ) -> Result<Response, Refusal> {
     let video = app.clips.open(clip).await?;

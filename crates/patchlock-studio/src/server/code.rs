@@ -12,9 +12,9 @@ use axum::http::StatusCode;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::App;
 use super::access::{random_hex, same};
-use super::answer::{Arriving, Refusal};
+use super::answer::{BodyReader, Refusal};
+use super::app::App;
 
 /// Where a page exchanges a code for the token. It is answered without the token.
 pub const PATH: &str = "/api/token";
@@ -27,44 +27,44 @@ pub const REQUEST_BYTES: u64 = 1024;
 
 /// The code that was drawn last.
 #[derive(Default)]
-pub struct Once {
-    drawn: Mutex<Option<Drawn>>,
+pub struct OneTimeCode {
+    drawn: Mutex<Option<IssuedCode>>,
 }
 
-struct Drawn {
+struct IssuedCode {
     code: String,
     at: Instant,
     used: bool,
 }
 
-/// What a code is worth.
+/// Whether a code gives the token.
 #[derive(PartialEq, Eq)]
-pub enum Worth {
-    Token,
+pub enum CodeStatus {
+    Valid,
     /// It was used already, or is too old.
-    Void,
+    Expired,
     Unknown,
 }
 
-impl Once {
-    /// Draws a code. The one before is void.
+impl OneTimeCode {
+    /// Draws a code. The one before gives the token no more.
     pub fn draw(&self) -> Result<String, String> {
         let code = format!("{PREFIX}{}", random_hex::<CODE_BYTES>()?);
-        let drawn = Drawn { code: code.clone(), at: Instant::now(), used: false };
+        let drawn = IssuedCode { code: code.clone(), at: Instant::now(), used: false };
         *self.drawn.lock().unwrap_or_else(PoisonError::into_inner) = Some(drawn);
         Ok(code)
     }
 
-    /// What this code is worth: the token, if it was drawn at most `patience` ago. If so, it is void
-    /// from now on.
-    pub fn take(&self, given: &str, patience: Duration) -> Worth {
+    /// Whether this code gives the token: it was drawn at most `patience` ago, and is used for the
+    /// first time.
+    pub fn take(&self, given: &str, patience: Duration) -> CodeStatus {
         let mut drawn = self.drawn.lock().unwrap_or_else(PoisonError::into_inner);
         match drawn.as_mut().filter(|drawn| same(given, &drawn.code)) {
-            None => Worth::Unknown,
-            Some(drawn) if drawn.used || drawn.at.elapsed() > patience => Worth::Void,
+            None => CodeStatus::Unknown,
+            Some(drawn) if drawn.used || drawn.at.elapsed() > patience => CodeStatus::Expired,
             Some(drawn) => {
                 drawn.used = true;
-                Worth::Token
+                CodeStatus::Valid
             }
         }
     }
@@ -79,13 +79,13 @@ pub struct Exchange {
 
 /// `POST /api/token`
 pub async fn exchange(State(app): State<Arc<App>>, body: Body) -> Result<Json<Value>, Refusal> {
-    let Exchange { code } = Arriving::new(body, REQUEST_BYTES, app.patience.body)?.json().await?;
-    let worth = app.once.take(&code, app.patience.code);
-    if worth == Worth::Token {
+    let Exchange { code } = BodyReader::new(body, REQUEST_BYTES, app.patience.body)?.json().await?;
+    let status = app.code.take(&code, app.patience.code);
+    if status == CodeStatus::Valid {
         return Ok(Json(json!({ "token": app.access.token() })));
     }
     // If somebody else has the token now, starting again must help.
-    if let Some(file) = app.token_file.clone().filter(|_| worth == Worth::Void) {
+    if let Some(file) = app.token_file.clone().filter(|_| status == CodeStatus::Expired) {
         let _ = tokio::fs::remove_file(file).await;
     }
     let message = "this address was used already, or opened too late";
