@@ -55,8 +55,7 @@ impl Committee {
     ) -> Result<(), NetworkError> {
         scratches.resize_with(self.members.len(), Scratch::default);
         let Some(observer) = observer else {
-            let members = self.members.par_iter_mut().zip(scratches);
-            return members.try_for_each(|(member, scratch)| {
+            return self.members.par_iter_mut().zip(scratches).try_for_each(|(member, scratch)| {
                 member.tracker.update(input, scratch, None, &mut member.estimate)
             });
         };
