@@ -46,10 +46,9 @@ pub struct ModelArgs {
     #[arg(long, value_name = "DIR|FILE")]
     pub model: Option<PathBuf>,
 
-    /// Run the network with this library of onnxruntime
+    /// Run the network with this library of onnxruntime, such as libonnxruntime.so
     ///
-    /// It is used instead of the built-in runtime, such as libonnxruntime.so. The library is code:
-    /// load only one that you trust.
+    /// It takes the place of the built-in runtime. The library is code: load only one that you trust.
     #[arg(long, value_name = "FILE")]
     pub runtime: Option<PathBuf>,
 }

@@ -41,6 +41,13 @@ patchlock track [OPTIONS] <SOURCE>
        patchlock track [OPTIONS] --select <SOURCE>
        patchlock track [OPTIONS] --project <JSON> <SOURCE>";
 
+const FEW_EXAMPLES: &str = "\
+EXAMPLES:
+  patchlock track video.mp4 --video tracked.mp4
+      opens a page in the browser, where you draw the box
+  patchlock track video.mp4 --box 120,80,64,48 --save boxes.csv
+      saves the boxes as a table";
+
 const EXAMPLES: &str = "\
 EXAMPLES:
   patchlock track video.mp4 --video tracked.mp4
@@ -109,17 +116,18 @@ const OUTPUT: &str = "Tables and page";
 #[derive(Debug, Args)]
 #[command(
     override_usage = USAGE,
-    after_help = EXAMPLES,
+    after_help = FEW_EXAMPLES,
+    after_long_help = EXAMPLES,
     group(ArgGroup::new("target").args(["bbox", "box_from", "boxes", "select"]))
 )]
 pub struct TrackArgs {
     /// Frames: a folder, a pattern, a glob, a video file, a camera or stream, or - for Y4M on stdin
     source: OsString,
 
-    /// The target in the first frame: left, top (from 0), width, height
+    /// The target in the first tracked frame: left, top, width, height
     ///
-    /// The numbers may be fractional. If the option is repeated, each box is a target, with the ids
-    /// 1, 2 and so on.
+    /// Pixels count from 0; numbers may be fractional. If the option is repeated, each box is a
+    /// target, with the ids 1, 2 and so on.
     #[arg(long = "box", id = "bbox", value_name = "X,Y,W,H", allow_hyphen_values = true)]
     bbox: Vec<String>,
 
@@ -135,16 +143,17 @@ pub struct TrackArgs {
     #[arg(long, value_name = "FILE")]
     save: Vec<PathBuf>,
 
-    #[command(flatten, next_help_heading = "Pictures")]
-    pictures: PictureArgs,
+    /// Replace existing files
+    #[arg(long)]
+    overwrite: bool,
 
     /// Show each frame with the boxes on a page in the browser, while it tracks
     #[arg(long)]
     preview: bool,
 
-    /// Replace existing files
-    #[arg(long)]
-    overwrite: bool,
+    // What is flattened leaves its heading to what comes after it, so this is after those without one.
+    #[command(flatten, next_help_heading = "Pictures")]
+    pictures: PictureArgs,
 
     /// Read the box from a truth file, with one box per line, counted from 1
     ///
@@ -295,7 +304,8 @@ impl TrackArgs {
             return Ok(true);
         }
         Err(usage("no target is given").hint(
-            "--box X,Y,W,H is the target in the first frame; --select opens a page where you draw it",
+            "--box X,Y,W,H is the target in the first frame; --select opens a page where you draw it; \
+             --boxes, --box-from and --project name files",
         ))
     }
 

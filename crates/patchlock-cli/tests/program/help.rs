@@ -58,11 +58,12 @@ fn the_help_of_track_begins_with_the_options_of_a_first_track() {
             text.split("\nOptions:\n").nth(1).and_then(|rest| rest.split("\nPictures:").next());
         let names: Vec<&str> = first
             .unwrap_or_default()
-            .split_whitespace()
-            .filter(|word| word.starts_with("--") && !word.ends_with('.'))
+            .lines()
+            .filter_map(|line| line.trim().trim_start_matches("-h, ").split_whitespace().next())
+            .filter(|word| word.starts_with("--"))
             .collect();
         let expected =
-            ["--box", "--select", "--save", "--video", "--preview", "--overwrite", "--help"];
+            ["--box", "--select", "--save", "--overwrite", "--preview", "--video", "--help"];
         assert_eq!(names, expected, "{words:?}");
     }
     // In the short help, an option is a line or two.
