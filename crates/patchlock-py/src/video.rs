@@ -35,7 +35,7 @@ const COARSEST: u8 = 51;
 ///         video.write(scene[k], tracker.update(scene[k]))
 /// ```
 ///
-/// `track(..., video="tracked.mp4")` writes one of its frames. The file appears when the writer is closed, at
+/// `track(..., video="tracked.mp4")` does so for its frames. The file appears when the writer is closed, at
 /// the end of `with`, also after an exception: it then has the frames up to there. Without frames there is no
 /// file. If ffmpeg with libx264 is installed, it encodes long videos.
 ///
