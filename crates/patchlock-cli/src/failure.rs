@@ -44,6 +44,11 @@ impl Failure {
         self
     }
 
+    /// The failure that an error is or was caused by.
+    pub fn of(error: &anyhow::Error) -> Option<&Self> {
+        error.chain().find_map(|cause| cause.downcast_ref())
+    }
+
     /// The advice, if there is any.
     pub fn advice(&self) -> Option<&str> {
         self.hint.as_deref()
@@ -128,7 +133,7 @@ pub fn report(error: &anyhow::Error) -> Exit {
     let mut text = format!("{error:#}");
     // Messages of libraries may span several lines; join them into one.
     text = text.split_whitespace().collect::<Vec<_>>().join(" ");
-    let failure = error.chain().find_map(|cause| cause.downcast_ref::<Failure>());
+    let failure = Failure::of(error);
     match failure {
         Some(failure) if failure.exit == Exit::Interrupted => say(&text),
         _ => say(&format!("error: {text}")),

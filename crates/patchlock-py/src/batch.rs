@@ -61,7 +61,7 @@ impl Store {
         let meant = if name.is_some() { common.clone() } else { TrackerConfig::from(preset) };
         let name = name.unwrap_or_else(|| preset.to_string());
         let mut configuration = common;
-        config::apply(&mut configuration, own)?;
+        config::apply(&mut configuration, own, &[])?;
         configuration.validate().map_err(errors::of_tracker)?;
         let subject = Identity::patchlock(&configuration, preset.name());
         let tracker = match Identity::patchlock(&meant, preset.name()) == subject {
@@ -107,8 +107,7 @@ impl Store {
         side_by_side: usize,
         video: Option<PathBuf>,
     ) -> PyResult<String> {
-        let [x, y, w, h] = bbox;
-        let bbox = BoundingBox { x, y, w, h };
+        let bbox = bbox.into();
         let job = Job {
             series: self.store.series().clone(),
             target,

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use patchlock::{Error, Method, NetworkError, PARAMETERS, Parameter, Preset, TrackerConfig, Value};
 use patchlock_track::names::near_matches;
-use patchlock_track::settings;
+use patchlock_track::{ModelPaths, settings};
 use pyo3::exceptions::{PyAttributeError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -44,13 +44,15 @@ const MODEL: &str = "model";
 /// Args:
 ///     preset: The preset to start from; `PRESETS` lists the names.
 ///     file: A TOML file with settings that differ from the preset, as `patchlock config` writes it.
+///     settings: Settings to change, by name, such as `search=7`.
 ///     model: A network, which `network` needs and `robust` can use: a `Network`, or what `Network` takes. It takes precedence
 ///         over that of the file.
 ///     runtime: What runs the network, as for `Network`, if `model` is not a `Network`.
 ///
 /// Raises:
 ///     AttributeError: An attribute is not a setting, or belongs to another method.
-///     TypeError: The value of a setting or of an argument has the wrong type.
+///     TypeError: The value of a setting or of an argument has the wrong type, or a keyword argument is not a
+///         setting.
 ///     ValueError: There is no such preset, the value of a setting is not allowed, the file is invalid, or the
 ///         network can't be used.
 ///     OSError: A file can't be read.
@@ -114,6 +116,16 @@ impl Settings {
         config.network = Some(network);
         Ok(Self { config, model: Some(model) })
     }
+
+    /// The settings with changes by name, from the keyword arguments of a call that has these others.
+    fn changed(
+        mut self,
+        changes: Option<&Bound<'_, PyDict>>,
+        arguments: &[&str],
+    ) -> PyResult<Self> {
+        changes.map_or(Ok(()), |changes| apply(&mut self.config, changes, arguments))?;
+        Ok(self)
+    }
 }
 
 impl Config {
@@ -133,25 +145,27 @@ impl Config {
 #[pymethods]
 impl Config {
     #[new]
-    #[pyo3(signature = (preset = "robust", file = None, *, model = None, runtime = None))]
+    #[pyo3(signature = (preset = "robust", file = None, *, model = None, runtime = None, **settings))]
     fn new(
         py: Python<'_>,
         preset: &str,
         file: Option<PathBuf>,
         model: Option<Model>,
         runtime: Option<RuntimeName>,
+        settings: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
-        let Some(file) = file else {
-            return Ok(Self::of(named(preset)?.with(py, model, runtime)?));
+        let (config, paths) = match &file {
+            None => (named(preset)?.config, ModelPaths::default()),
+            Some(file) => {
+                settings::from_file(preset, file).map_err(|error| errors::of_track(error.into()))?
+            }
         };
-        let (config, paths) =
-            settings::from_file(preset, &file).map_err(|error| errors::of_track(error.into()))?;
         // The file names the network and its runtime where the arguments do not.
         let model = model.or_else(|| paths.model.map(Model::of_path));
         let is_loaded = matches!(model, Some(Model::Loaded(_)));
         let of_file = paths.runtime.filter(|_| !is_loaded).map(RuntimeName);
-        let settings = Settings { config, model: None };
-        Ok(Self::of(settings.with(py, model, runtime.or(of_file))?))
+        let chosen = Settings { config, model: None }.with(py, model, runtime.or(of_file))?;
+        Ok(Self::of(chosen.changed(settings, &["preset", "file", "model", "runtime"])?))
     }
 
     /// The network; `None` if none was given.
@@ -271,22 +285,28 @@ pub fn restore_config(
     changes: &Bound<'_, PyDict>,
     model: Option<Py<Network>>,
 ) -> PyResult<Config> {
-    let mut settings = named(preset)?.with(py, model.map(Model::Loaded), None)?;
-    apply(&mut settings.config, changes)?;
-    Ok(Config::of(settings))
+    let settings = named(preset)?.with(py, model.map(Model::Loaded), None)?;
+    Ok(Config::of(settings.changed(Some(changes), &[])?))
 }
 
-/// A copy of settings that fit each other, with the network that the method needs.
+/// A copy of settings that fit each other, with the network that the method needs. Settings by name
+/// are keyword arguments of a function that has these `arguments`, too.
 #[pyfunction]
-#[pyo3(name = "_checked_config", signature = (config, preset, model, runtime))]
+#[pyo3(
+    name = "_checked_config",
+    signature = (config, preset, model, runtime, settings = None, arguments = None)
+)]
 pub fn checked_config(
     py: Python<'_>,
     config: Option<Choice>,
     preset: Option<&str>,
     model: Option<Model>,
     runtime: Option<RuntimeName>,
+    settings: Option<&Bound<'_, PyDict>>,
+    arguments: Option<Vec<String>>,
 ) -> PyResult<Config> {
-    let settings = chosen(py, (config, preset), (model, runtime))?;
+    let arguments: Vec<&str> = arguments.iter().flatten().map(String::as_str).collect();
+    let settings = chosen(py, (config, preset), (model, runtime), (settings, &arguments))?;
     settings.config.validate().map_err(errors::of_tracker)?;
     if matches!(settings.config.method, Method::Network(_)) && settings.model.is_none() {
         return Err(errors::of_tracker(NetworkError::None.into()));
@@ -294,43 +314,45 @@ pub fn checked_config(
     Ok(Config::of(settings))
 }
 
-/// The argument `config` of a tracker: the name of a preset, or settings.
+/// The argument `config` of a tracker.
 pub struct Choice(Settings);
 
 impl<'py> FromPyObject<'_, 'py> for Choice {
     type Error = PyErr;
 
     fn extract(object: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
-        if let Ok(config) = object.cast::<Config>() {
-            return Ok(Self(config.get().settings(object.py())));
-        }
-        match object.extract::<&str>() {
-            Ok(preset) => named(preset).map(Self),
+        match object.cast::<Config>() {
+            Ok(config) => Ok(Self(config.get().settings(object.py()))),
             Err(_) => Err(PyTypeError::new_err(format!(
-                "config is a patchlock.Config or the name of a preset, not {}",
+                "config is a patchlock.Config, not {}; preset= takes the name of a preset",
                 shown(&object)
             ))),
         }
     }
 }
 
-/// The settings that the arguments `config` or `preset`, `model` and `runtime` choose.
+/// The keyword arguments of a tracker, besides settings.
+pub const ARGUMENTS: [&str; 6] = ["config", "preset", "model", "runtime", "threads", "channels"];
+
+/// The settings that the arguments `config` or `preset`, `model` and `runtime` choose, with the changes
+/// of a call that has these keyword arguments.
 pub fn chosen(
     py: Python<'_>,
     (config, preset): (Option<Choice>, Option<&str>),
     (model, runtime): (Option<Model>, Option<RuntimeName>),
+    (changes, arguments): (Option<&Bound<'_, PyDict>>, &[&str]),
 ) -> PyResult<Settings> {
     let settings = match (config, preset) {
         (Some(_), Some(_)) => {
             return Err(PyValueError::new_err(
-                "config and preset are both given; config can be the name of a preset",
+                "config and preset are both given; patchlock.Config takes the name of a preset",
             ));
         }
         (Some(Choice(settings)), None) => settings,
         (None, Some(preset)) => named(preset)?,
         (None, None) => Settings::default(),
     };
-    settings.with(py, model, runtime)
+    settings.with(py, model, runtime)?.changed(changes, arguments)
 }
 
 /// The settings of a preset.
@@ -339,16 +361,25 @@ fn named(preset: &str) -> PyResult<Settings> {
     Ok(Settings { config: preset.into(), model: None })
 }
 
-/// Changes settings by name.
-pub fn apply(config: &mut TrackerConfig, changes: &Bound<'_, PyDict>) -> PyResult<()> {
+/// Changes settings by name. They are given beside these `arguments`, one of which may be meant.
+pub fn apply(
+    config: &mut TrackerConfig,
+    changes: &Bound<'_, PyDict>,
+    arguments: &[&str],
+) -> PyResult<()> {
     for (name, value) in changes {
         let name: String = name.extract()?;
         let parameter = Parameter::named(&name).ok_or_else(|| {
-            let all = PARAMETERS.iter().map(|parameter| parameter.name);
-            PyValueError::new_err(unknown(&name, all))
+            let settings = PARAMETERS.iter().map(|parameter| parameter.name);
+            PyTypeError::new_err(unknown(&name, settings.chain(arguments.iter().copied())))
         })?;
         config.set(&name, to_value(parameter, &value)?).map_err(|error| match error {
-            Error::SettingKind { .. } => PyTypeError::new_err(error.to_string()),
+            Error::SettingKind { .. } => wrong_kind(parameter, &value),
+            error @ Error::UnusedSetting { owner, .. } => {
+                // Of the methods with a patch model, the default one.
+                let preset = if owner == PATCHES { "robust" } else { owner };
+                PyValueError::new_err(format!("{error} (preset=\"{preset}\" chooses it)"))
+            }
             error => PyValueError::new_err(error.to_string()),
         })?;
     }

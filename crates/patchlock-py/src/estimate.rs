@@ -273,9 +273,37 @@ pub fn box_tuple<'py>(py: Python<'py>, bbox: &BoundingBox) -> PyResult<Bound<'py
 
 /// Reads a box from any iterable of four numbers.
 pub fn to_box(object: &Bound<'_, PyAny>) -> PyResult<BoundingBox> {
-    let [x, y, w, h] =
-        numbers(object, "a box is four numbers x, y, w, h: left, top, width, height in pixels")?;
-    Ok(BoundingBox { x, y, w, h })
+    let sides = "a box is four numbers x, y, w, h: left, top, width, height in pixels";
+    Ok(numbers::<4>(object, sides)?.into())
+}
+
+/// A box of any four numbers: left, top, width, height or, with `corners`, left, top, right, bottom.
+#[pyfunction]
+#[pyo3(name = "_box", signature = (numbers, corners = false))]
+pub fn box_of<'py>(
+    py: Python<'py>,
+    numbers: &Bound<'py, PyAny>,
+    corners: bool,
+) -> PyResult<Bound<'py, PyAny>> {
+    if !corners {
+        return box_tuple(py, &to_box(numbers)?);
+    }
+    let sides = "a box is four numbers x1, y1, x2, y2: left, top, right, bottom in pixels";
+    let [left, top, right, bottom] = self::numbers(numbers, sides)?;
+    if right < left || bottom < top {
+        return Err(PyValueError::new_err(format!(
+            "a box from x {left} to {right} and from y {top} to {bottom} ends before it begins; \
+             {sides}"
+        )));
+    }
+    box_tuple(py, &BoundingBox { x: left, y: top, w: right - left, h: bottom - top })
+}
+
+/// Intersection over union of two boxes of any four numbers.
+#[pyfunction]
+#[pyo3(name = "_iou")]
+pub fn iou(one: &Bound<'_, PyAny>, other: &Bound<'_, PyAny>) -> PyResult<f64> {
+    Ok(to_box(one)?.overlap(&to_box(other)?))
 }
 
 /// Reads exactly `N` numbers from a tuple, a list, an array or another iterable.

@@ -18,11 +18,13 @@ mod network;
 mod observation;
 mod pixels;
 mod project;
+mod read;
 mod scene;
 mod select;
 mod source;
 mod threads;
 mod tracker;
+mod video;
 
 use pyo3::prelude::*;
 
@@ -50,6 +52,10 @@ fn _patchlock(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<source::Frames>()?;
     module.add_class::<scene::Scene>()?;
     module.add_class::<project::Project>()?;
+    module.add_class::<video::VideoWriter>()?;
+    module.add_function(wrap_pyfunction!(estimate::box_of, module)?)?;
+    module.add_function(wrap_pyfunction!(estimate::iou, module)?)?;
+    module.add_function(wrap_pyfunction!(read::read_estimates, module)?)?;
     module.add_function(wrap_pyfunction!(tracker::restore, module)?)?;
     module.add_function(wrap_pyfunction!(multi::restore_many, module)?)?;
     module.add_function(wrap_pyfunction!(config::restore_config, module)?)?;

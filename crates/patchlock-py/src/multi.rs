@@ -6,7 +6,7 @@ use patchlock::{FrameView, TargetId, Tracked};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyType};
 
-use crate::config::{Choice, Config, chosen};
+use crate::config::{ARGUMENTS, Choice, Config, chosen};
 use crate::driver::{Driver, Found, Saved, to_python};
 use crate::estimate::{Estimate, to_box};
 use crate::network::{Model, Network, RuntimeName};
@@ -22,7 +22,7 @@ use crate::observation::Views;
 /// Frames, threads, pickling and copying work as for `Tracker`. All targets share the same settings.
 ///
 /// Args:
-///     config: A `Config`, or the name of a preset; `None` for the preset `robust`.
+///     config: A `Config`; `None` for the preset `robust`.
 ///     preset: The name of a preset, instead of `config`.
 ///     model: A network, which `network` needs and `robust` can use: a `Network`, or what `Network` takes. It takes
 ///         precedence over that of `config`.
@@ -31,10 +31,12 @@ use crate::observation::Views;
 ///         that all such trackers of the process share. The number does not change the boxes.
 ///     channels: Channel order of colour arrays: `"bgr"` for images read by OpenCV. PIL images carry
 ///         their own order.
+///     settings: Settings to change, by name, such as `search=7`; `parameters()` describes them.
 ///
 /// Raises:
-///     TypeError: `config` or `model` is none of these.
-///     ValueError: An argument is invalid, settings do not fit each other, or the network can't be
+///     TypeError: `config` or `model` is none of these, or a keyword argument is not a setting or has
+///         the wrong type.
+///     ValueError: An argument or a setting is invalid, settings do not fit each other, or the network can't be
 ///         used.
 ///     OSError: A file of the network can't be read.
 #[pyclass(frozen, module = "patchlock")]
@@ -50,7 +52,7 @@ impl MultiTracker {
     #[new]
     #[pyo3(signature = (
         config = None, *, preset = None, model = None, runtime = None, threads = None,
-        channels = "rgb"
+        channels = "rgb", **settings
     ))]
     fn new(
         py: Python<'_>,
@@ -60,8 +62,9 @@ impl MultiTracker {
         runtime: Option<RuntimeName>,
         threads: Option<usize>,
         channels: &str,
+        settings: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
-        let settings = chosen(py, (config, preset), (model, runtime))?;
+        let settings = chosen(py, (config, preset), (model, runtime), (settings, &ARGUMENTS))?;
         let make = patchlock::MultiTracker::new;
         Ok(Self { driver: Driver::new(settings, threads, channels, make)? })
     }

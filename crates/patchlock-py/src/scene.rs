@@ -57,8 +57,7 @@ impl Scene {
 
     /// The target's true box in a frame.
     fn truth<'py>(&self, py: Python<'py>, index: isize) -> PyResult<Bound<'py, PyAny>> {
-        let [x, y, w, h] = self.inner.truth(self.place(index)?).bbox;
-        estimate::box_tuple(py, &patchlock::BoundingBox { x, y, w, h })
+        estimate::box_tuple(py, &self.inner.truth(self.place(index)?).bbox.into())
     }
 
     /// Share of the target that is hidden in a frame, 0 to 1.

@@ -51,6 +51,8 @@ pub struct Frames {
     process: u32,
     count: Option<usize>,
     rate: Option<f64>,
+    /// When the latest frame is shown.
+    time: Mutex<Option<f64>>,
 }
 
 // Python shows defaults that are written as numbers.
@@ -93,6 +95,7 @@ impl Frames {
                 process: process::id(),
                 count: order.count(length),
                 rate: rate.map(|rate| f64::from(rate.frames) / f64::from(rate.seconds)),
+                time: Mutex::default(),
             })
         });
         opened.map_err(|error| {
@@ -122,6 +125,13 @@ impl Frames {
         self.rate
     }
 
+    /// When the latest frame is shown, in seconds from the first frame of the source; `None` before the first
+    /// frame and if the source has no times.
+    #[getter]
+    fn time(&self) -> Option<f64> {
+        *self.time.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     fn __iter__(this: PyRef<'_, Self>) -> PyRef<'_, Self> {
         this
     }
@@ -142,7 +152,10 @@ impl Frames {
                 PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)?;
             }
             match next.map_err(errors::of_media)? {
-                Next::Frame(index, picture) => return Ok(Some((index, to_array(py, picture)?))),
+                Next::Frame(index, picture) => {
+                    *self.time.lock().unwrap_or_else(PoisonError::into_inner) = picture.time;
+                    return Ok(Some((index, to_array(py, picture)?)));
+                }
                 Next::End => return Ok(None),
                 Next::NotYet => py.check_signals()?,
             }
@@ -167,7 +180,7 @@ impl Frames {
         let Order { start, end, .. } = order;
         let live = Live::open(address, Options { limits, start, end, reconnect });
         let (feed, process) = (Mutex::new(Feed::Live(live)), process::id());
-        Ok(Self { feed, process, count: None, rate: None })
+        Ok(Self { feed, process, count: None, rate: None, time: Mutex::default() })
     }
 }
 

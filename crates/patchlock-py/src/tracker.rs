@@ -4,7 +4,7 @@ use patchlock::FrameView;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyType};
 
-use crate::config::{Choice, Config, chosen};
+use crate::config::{ARGUMENTS, Choice, Config, chosen};
 use crate::driver::{Driver, Found, Saved};
 use crate::estimate::{Estimate, to_box};
 use crate::network::{Model, Network, RuntimeName};
@@ -30,7 +30,7 @@ use crate::observation::{Seen, Views};
 ///     frame: The first frame.
 ///     box: The target in it: left, top, width, height in pixels, counted from 0; may be fractional
 ///         and partly outside the frame. Width and height must be at least 1.
-///     config: A `Config`, or the name of a preset; `None` for the preset `robust`.
+///     config: A `Config`; `None` for the preset `robust`.
 ///     preset: The name of a preset, instead of `config`.
 ///     model: A network, which `network` needs and `robust` can use: a `Network`, or what `Network` takes. It takes
 ///         precedence over that of `config`.
@@ -39,11 +39,12 @@ use crate::observation::{Seen, Views};
 ///         that all such trackers of the process share. The number does not change the boxes.
 ///     channels: Channel order of colour arrays: `"bgr"` for images read by OpenCV. PIL images carry
 ///         their own order.
+///     settings: Settings to change, by name, such as `search=7`; `parameters()` describes them.
 ///
 /// Raises:
-///     TypeError: The frame is neither an array of a supported type nor an image, or the box does
-///         not hold numbers.
-///     ValueError: The shape of the frame, the box or an argument is invalid, settings do not fit each
+///     TypeError: The frame is neither an array of a supported type nor an image, the box does not
+///         hold numbers, or a keyword argument is not a setting or has the wrong type.
+///     ValueError: The shape of the frame, the box, an argument or a setting is invalid, settings do not fit each
 ///         other, or the network can't be used.
 ///     OSError: A file of the network can't be read.
 #[pyclass(frozen, module = "patchlock")]
@@ -56,7 +57,7 @@ impl Tracker {
     #[new]
     #[pyo3(signature = (
         frame, r#box, config = None, *, preset = None, model = None, runtime = None, threads = None,
-        channels = "rgb"
+        channels = "rgb", **settings
     ))]
     #[expect(clippy::too_many_arguments, reason = "Python calls it with keywords")]
     fn new(
@@ -69,9 +70,10 @@ impl Tracker {
         runtime: Option<RuntimeName>,
         threads: Option<usize>,
         channels: &str,
+        settings: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         let bbox = to_box(r#box)?;
-        let settings = chosen(py, (config, preset), (model, runtime))?;
+        let settings = chosen(py, (config, preset), (model, runtime), (settings, &ARGUMENTS))?;
         let driver = Driver::start(py, settings, frame, threads, channels, |config, frame| {
             patchlock::Tracker::start(config, frame, bbox)
         })?;

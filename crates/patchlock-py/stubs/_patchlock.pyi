@@ -30,9 +30,13 @@ __all__ = [
     "Scene",
     "Store",
     "Tracker",
+    "VideoWriter",
     "__version__",
+    "_box",
     "_checked_config",
     "_export",
+    "_iou",
+    "_read_estimates",
     "_restore",
     "_restore_config",
     "_restore_many",
@@ -57,6 +61,7 @@ class Config:
         *,
         model: Network | ModelLike | None = None,
         runtime: str | os.PathLike[str] | None = None,
+        **settings: float | str | bool,
     ) -> Self: ...
     @property
     def model(self) -> Network | None: ...
@@ -138,13 +143,14 @@ class Tracker:
         cls,
         frame: FrameLike,
         box: BoxLike,
-        config: Config | str | None = None,
+        config: Config | None = None,
         *,
         preset: str | None = None,
         model: Network | ModelLike | None = None,
         runtime: str | os.PathLike[str] | None = None,
         threads: int | None = None,
         channels: Literal["rgb", "bgr"] = "rgb",
+        **settings: float | str | bool,
     ) -> Self: ...
     @property
     def estimate(self) -> Estimate: ...
@@ -179,13 +185,14 @@ class Tracker:
 class MultiTracker:
     def __new__(
         cls,
-        config: Config | str | None = None,
+        config: Config | None = None,
         *,
         preset: str | None = None,
         model: Network | ModelLike | None = None,
         runtime: str | os.PathLike[str] | None = None,
         threads: int | None = None,
         channels: Literal["rgb", "bgr"] = "rgb",
+        **settings: float | str | bool,
     ) -> Self: ...
     def add(self, frame: FrameLike, box: BoxLike) -> tuple[int, Estimate]: ...
     def restart(self, id: int, frame: FrameLike, box: BoxLike) -> Estimate: ...
@@ -341,6 +348,8 @@ class Frames:
     def dropped(self) -> int: ...
     @property
     def rate(self) -> float | None: ...
+    @property
+    def time(self) -> float | None: ...
     def __iter__(self) -> Self: ...
     def __next__(self) -> tuple[int, npt.NDArray[np.uint8] | npt.NDArray[np.uint16]]: ...
 
@@ -409,6 +418,30 @@ class Project:
         overwrite: bool = False,
     ) -> int: ...
     def save(self) -> None: ...
+
+@final
+class VideoWriter:
+    def __new__(
+        cls,
+        file: str | os.PathLike[str],
+        *,
+        rate: float = 30.0,
+        count: int | None = None,
+        panel: bool = True,
+        quality: int = 26,
+        channels: Literal["rgb", "bgr"] = "rgb",
+        overwrite: bool = False,
+    ) -> Self: ...
+    def write(
+        self,
+        frame: FrameLike,
+        estimates: Estimate | Mapping[int, Estimate],
+        *,
+        time: float | None = None,
+    ) -> None: ...
+    def close(self) -> None: ...
+    def __enter__(self) -> Self: ...
+    def __exit__(self, *_exception: object) -> None: ...
 
 @final
 class Store:
@@ -486,11 +519,16 @@ def _export(
 ) -> int: ...
 
 def _checked_config(
-    config: Config | str | None,
+    config: Config | None,
     preset: str | None,
     model: Network | ModelLike | None,
     runtime: str | os.PathLike[str] | None,
+    settings: Mapping[str, float | str | bool] | None = None,
+    arguments: Sequence[str] | None = None,
 ) -> Config: ...
+def _box(numbers: BoxLike, corners: bool = False) -> Box: ...
+def _iou(one: BoxLike, other: BoxLike) -> float: ...
+def _read_estimates(file: str | os.PathLike[str]) -> list[tuple[int, Estimate]]: ...
 def _restore_config(
     preset: str, changes: dict[str, int | float | str | bool], model: Network | None = None
 ) -> Config: ...

@@ -112,6 +112,32 @@ def test_the_last_lines_fit_a_terminal_of_80_columns(tmp_path):
     assert max(map(len, last)) <= 80 and "\\n" not in "".join(last), last
 
 
+@pytest.mark.skipif(os.name == "nt", reason="needs a terminal")
+@pytest.mark.parametrize("given", [[], ["--select"], ["--box", "70,60,40,30"]])
+def test_a_box_is_drawn_if_none_is_given_on_a_terminal(tmp_path, scene, given):
+    import pty
+
+    Image.fromarray(scene[0]).save(tmp_path / "0.png")
+    ours, theirs = pty.openpty()
+    arguments = [COMMAND, "track", str(tmp_path), "--no-open", "--save", str(tmp_path / "out.csv"), *given]
+    process = subprocess.Popen(arguments, stdin=theirs, stderr=theirs, start_new_session=True)
+    os.close(theirs)
+    said = b""
+    try:
+        while b"draw a box" not in said and (part := os.read(ours, 4096)):
+            said += part
+    except OSError:  # Linux says so at the end
+        pass
+    if "--box" not in given:
+        assert b"the page is at http://127.0.0.1:" in said and b"draw a box around the target there" in said
+        process.send_signal(signal.SIGINT)
+        assert process.wait(timeout=60) == 130
+        os.close(ours)
+        return
+    os.close(ours)
+    assert process.wait(timeout=60) == 0 and b"page" not in said
+
+
 def wait_for(condition) -> None:
     end = time.monotonic() + 60
     while not condition():

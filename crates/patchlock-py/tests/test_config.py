@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import inspect
 import pickle
 
 import numpy as np
@@ -102,3 +103,72 @@ def test_a_tracker_copies_its_settings(film, scene):
     assert tracker.config == Config()
     tracker.config.seed = 9
     assert tracker.config.seed == 0
+
+
+def test_settings_are_keyword_arguments(film, scene):
+    box = scene.truth(0)
+    config = Config()
+    config.seed, config.robust.search, config.robust.rotate = 3, 7, False
+    changes = {"seed": 3, "search": np.float32(7), "rotate": False}
+    assert Config(**changes) == config
+    assert patchlock.Tracker(film[0], box, **changes).config == config
+    assert patchlock.MultiTracker(**changes).config == config
+    # They change a copy of other settings.
+    wide = Config(search=7)
+    assert patchlock.MultiTracker(wide, seed=3, rotate=False).config == config
+    assert wide == Config(search=7) != config
+    assert patchlock.Tracker(film[0], box, preset="paper", particles=9).config == Config("paper", particles=9)
+    expected = list(patchlock.track(film, box, config=config))
+    assert list(patchlock.track(film, box, **changes)) == expected
+    assert list(patchlock.track(film, box)) != expected
+
+
+CALLS = {
+    "Config": lambda film, **changes: Config(**changes),
+    "Tracker": lambda film, **changes: patchlock.Tracker(film[0], (70, 60, 40, 30), **changes),
+    "MultiTracker": lambda film, **changes: patchlock.MultiTracker(**changes),
+    "track": lambda film, **changes: patchlock.track(film, (70, 60, 40, 30), **changes),
+}
+
+
+@pytest.mark.parametrize("call", CALLS)
+@pytest.mark.parametrize(
+    ("changes", "error", "says"),
+    [
+        ({"serch": 9}, TypeError, "no setting 'serch'; did you mean search"),
+        ({"runtme": 9}, TypeError, "no setting 'runtme'; did you mean runtime"),
+        ({"search": 0}, ValueError, "`search` is 0.*; allowed: "),
+        ({"search": "far"}, TypeError, "`search` is 'far'; it takes a number; allowed: "),
+        ({"rotate": 1}, TypeError, "`rotate` is 1; it takes true or false"),
+        ({"scale_count": 2.5}, TypeError, "`scale_count` is 2.5; it takes a whole number"),
+        ({"particles": 9}, ValueError, 'no effect with the method `robust`; .*preset="paper" chooses it'),
+    ],
+)
+def test_wrong_keyword_arguments_are_refused(film, call, changes, error, says):
+    with pytest.raises(error, match=says):
+        CALLS[call](film, **changes)
+
+
+@pytest.mark.parametrize("name", ["thread", "channel", "confg"])
+def test_a_mistyped_argument_is_recognised(film, name):
+    for call in ("Tracker", "MultiTracker", "track"):
+        with pytest.raises(TypeError, match=f"no setting '{name}'; did you mean .*{name[:4]}"):
+            CALLS[call](film, **{name: 3})
+
+
+def test_no_setting_has_the_name_of_an_argument():
+    settings = {parameter.name for parameter in patchlock.parameters(research=True)}
+    for function in (Config, patchlock.Tracker, patchlock.MultiTracker, patchlock.track):
+        assert not settings & set(inspect.signature(function).parameters), function
+
+
+@pytest.mark.parametrize("call", ["Tracker", "MultiTracker", "track"])
+def test_a_preset_is_named_in_one_way(film, call):
+    CALLS[call](film, preset="robust")
+    for wrong in ("robust", {"seed": 3}):
+        with pytest.raises(TypeError, match="config is a patchlock.Config, not .*; preset= takes the name"):
+            CALLS[call](film, config=wrong)
+    with pytest.raises(ValueError, match="unknown preset `best`; there are: robust, paper, network"):
+        CALLS[call](film, preset="best")
+    with pytest.raises(ValueError, match="config and preset are both given"):
+        CALLS[call](film, config=Config(), preset="paper")

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import csv
 import importlib.util
+import inspect
 import json
 import re
 import subprocess
@@ -37,6 +38,7 @@ def video(tmp_path_factory) -> Path:
     for k in range(8):
         Image.fromarray(scene[k]).save(folder / f"{k}.png")
     options = ["--box", "46,58,48,40", "--video", str(folder / "video.mp4"), "--quiet"]
+    options += ["--save", str(folder / "track.csv")]
     subprocess.run([sys.executable, "-m", "patchlock", "track", str(folder), *options], check=True)
     return folder / "video.mp4"
 
@@ -59,6 +61,21 @@ def test_pages_can_be_followed_one_after_the_other_in_one_folder(video, tmp_path
     # Also where the folder is that of the command at the top of the page.
     command = [sys.executable, "-m", "patchlock", "bench", "mine", "--out", "out", "--quiet"]
     subprocess.run(command, check=True)
+
+
+@pytest.mark.parametrize(
+    "documented",
+    [patchlock.Box, patchlock.Config, patchlock.VideoWriter, patchlock.read_track, patchlock.track],
+    ids=lambda documented: documented.__name__,
+)
+def test_the_code_of_a_docstring_runs(documented, video, tmp_path, monkeypatch):
+    for name in ("video.mp4", "track.csv"):
+        (tmp_path / name).write_bytes((video.parent / name).read_bytes())
+    monkeypatch.chdir(tmp_path)
+    code = CODE.findall(inspect.cleandoc(documented.__doc__))
+    assert code
+    for part in code:
+        exec(compile(part, documented.__name__, "exec"), {"patchlock": patchlock})
 
 
 def run(page: Path) -> dict[str, Any]:

@@ -4,8 +4,13 @@ from __future__ import annotations
 
 import copy
 import pickle
+import re
+import sys
 import threading
 import time
+import types
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -176,3 +181,41 @@ def test_robust_shows_its_responses(scene, film):
             down, right = np.unravel_index(np.argmax(np.fft.fftshift(response)), response.shape)
             assert abs(down - seen.side // 2) <= 1 and abs(right - seen.side // 2) <= 1
     assert f"frame {k}" in repr(seen)
+
+
+def test_detections_start_and_correct_tracks(scene, monkeypatch):
+    """The recipe of docs/many-targets.md, with a made-up detector in place of the two packages."""
+    page = (Path(__file__).parents[3] / "docs/many-targets.md").read_text()
+    [code] = re.findall(r"```python\n(import patchlock\n[^`]*ultralytics.*?)```", page, re.DOTALL)
+    assert len(code.strip().splitlines()) <= 20
+    other = (10, 110, 60, 150)
+
+    def shown(number):
+        """The detector's box of the target; it is off by a third of its width in frame 10."""
+        x, y, w, h = scene.truth(number)
+        return patchlock.Box(x + (w / 3 if number == 10 else 0), y, w, h)
+
+    class Yolo:
+        def __init__(self, name):
+            self.calls = 0
+
+        def __call__(self, frame):
+            """It is asked for each tenth frame, and sees a second target from frame 10 on."""
+            number = 10 * self.calls
+            self.calls += 1
+            return [np.array([shown(number).xyxy, other][: 1 if number == 0 else 2])]
+
+    detections = types.SimpleNamespace(from_ultralytics=lambda found: types.SimpleNamespace(xyxy=found))
+    monkeypatch.setitem(sys.modules, "ultralytics", types.SimpleNamespace(YOLO=Yolo))
+    monkeypatch.setitem(sys.modules, "supervision", types.SimpleNamespace(Detections=detections))
+    monkeypatch.setattr(patchlock, "Frames", lambda name: [(k, scene[k]) for k in range(25)])
+    names: dict[str, Any] = {}
+    exec(compile(code, "many-targets.md", "exec"), names)
+    track = names["track"]
+    assert [list(found) for found in track] == [[1]] * 10 + [[1, 2]] * 15
+    assert all(found[1].frame == number for number, found in enumerate(track))
+    # Followed, then put where the detector sees it.
+    assert track[9][1].box.iou(scene.truth(9)) > 0.7
+    for number in (0, 10, 20):
+        assert track[number][1].box == pytest.approx(shown(number)), number
+    assert track[10][2].box == pytest.approx(patchlock.Box.from_xyxy(other))

@@ -161,14 +161,14 @@ def test_every_way_to_name_the_network_gives_the_same_boxes(film, files):
 
 def test_a_tracker_needs_a_network(film, folder):
     for make in (
-        lambda: Tracker(film[0], BOX, "network"),
-        lambda: MultiTracker("network"),
+        lambda: Tracker(film[0], BOX, preset="network"),
+        lambda: MultiTracker(preset="network"),
         lambda: patchlock.track(film, BOX, preset="network"),
     ):
         with pytest.raises(ValueError, match=r"needs a network.*give its files with model="):
             make()
     with pytest.raises(ValueError, match="config and preset are both given"):
-        Tracker(film[0], BOX, "network", preset="network", model=folder)
+        Tracker(film[0], BOX, Config("network"), preset="network", model=folder)
     with pytest.raises(ValueError, match="no effect with the method paper"):
         Tracker(film[0], BOX, preset="paper", model=folder)
 

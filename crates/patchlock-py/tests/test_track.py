@@ -146,6 +146,33 @@ def test_a_settings_file_gives_the_boxes_of_the_command(folder, scene, tmp_path)
         patchlock.Config(file=tmp_path / "none.toml")
 
 
+BOXES = {7: (70, 60, 40, 30), 2: (40, 30, 36, 30), 5: (120, 90, 30, 30)}
+
+
+def test_many_boxes_are_followed_in_one_pass(film, folder):
+    alone = {number: list(track(film, box, config=QUICK)) for number, box in BOXES.items()}
+    expected = [{number: alone[number][k] for number in BOXES} for k in range(12)]
+    passes = []
+    frames = (passes.append(k) or frame for k, frame in enumerate(film))
+    found = list(track(frames, boxes=BOXES, config=QUICK))
+    assert found == expected and [list(each) for each in found] == [list(BOXES)] * 12
+    assert passes == list(range(12))
+    listed = [dict(enumerate(each.values(), 1)) for each in expected]
+    for boxes in (list(BOXES.values()), np.array(list(BOXES.values())), iter(BOXES.values())):
+        assert list(track(film, boxes=boxes, config=QUICK)) == listed
+    part = {"start": 1, "end": 11, "stride": 3, "reverse": True}
+    many = list(track(folder, boxes={np.int64(4): BOXES[7]}, **part, config=QUICK))
+    one = list(track(folder, BOXES[7], **part, config=QUICK))
+    assert many == [{4: estimate} for estimate in one] and many[0][4].frame == 10
+
+
+def test_many_boxes_are_shown_and_exported(film, tmp_path, capfd):
+    found = list(track(film, boxes=BOXES, progress=True))
+    assert "3 targets" in capfd.readouterr().err
+    assert patchlock.export(found, "mot", tmp_path / "track.txt") == 1
+    assert len((tmp_path / "track.txt").read_text().splitlines()) == 36
+
+
 def test_the_progress_bar_is_shown_on_request(film, scene, capfd, monkeypatch):
     # Also on a terminal there is none unless it is asked for: it would mix with what the loop prints.
     monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
@@ -175,10 +202,18 @@ def test_frames_are_read_lazily(film, scene):
         ({"start": 12}, ValueError, "start=12 is beyond the end: there are 12 frames"),
         ({"stride": 0}, ValueError, "at least 1"),
         ({"start": 3, "end": 3}, ValueError, "end=3 is not after start=3"),
-        ({"config": "best"}, ValueError, "unknown preset `best`"),
-        ({"config": 3}, TypeError, "config is a patchlock.Config or the name of a preset"),
+        ({"preset": "best"}, ValueError, "unknown preset `best`"),
+        ({"config": 3}, TypeError, "config is a patchlock.Config, not 3"),
         ({"config": configured("paper", large_patch=128)}, ValueError, "`large_patch` is 128; .*template_side"),
         ({"source": iter([]), "reverse": True}, TypeError, "can be indexed"),
+        ({"box": None}, TypeError, "either box, of one target, or boxes"),
+        ({"boxes": [(1, 2, 30, 40)]}, TypeError, "either box, of one target, or boxes"),
+        ({"box": None, "boxes": {}}, ValueError, "boxes is empty"),
+        ({"box": None, "boxes": [(1, 2, 30)]}, ValueError, r"four numbers x, y, w, h: .*; not \(1, 2, 30\)"),
+        ({"box": None, "boxes": (1, 2, 30, 40)}, TypeError, "four numbers x, y, w, h: .*; not 1"),
+        ({"box": None, "boxes": {"car": (1, 2, 30, 40)}}, TypeError, "the id 'car'; an id is a whole number"),
+        ({"box": None, "boxes": {-1: (1, 2, 30, 40)}}, TypeError, "the id -1; an id is a whole number"),
+        ({"video": "out.avi"}, ValueError, "out.avi: only .mp4 can be written"),
     ],
 )
 def test_usage_errors_are_raised_before_the_first_frame(film, change, error, says):

@@ -44,37 +44,47 @@
 //! | mask, new template | Eq. 17, 20-21 | `patch_model::mask`, `patch_model::update` |
 //! | first templates, replacement | Sec. 2.5 | `patch_model::templates`, `patch_model::memory` |
 //!
-//! These modules are no part of the public interface: they are visible so that the tests and
-//! benchmarks of this crate can reach them, and change without notice.
+//! These modules are private. The feature `internals` makes some of them public for the tests and
+//! benchmarks of this workspace; they change without notice.
 
 mod committee;
 mod config;
-#[doc(hidden)]
-pub mod correlation;
 mod error;
 mod estimate;
 mod multi;
-#[doc(hidden)]
 #[cfg_attr(not(feature = "network"), expect(dead_code, reason = "nothing makes a network"))]
-pub mod network;
+mod network;
 mod network_error;
 mod network_loop;
-#[doc(hidden)]
-pub mod numeric;
 mod observe;
-#[doc(hidden)]
-pub mod paper;
-#[doc(hidden)]
-pub mod patch_model;
-#[doc(hidden)]
-pub mod robust;
+mod robust;
 mod snapshot;
 mod target;
 mod target_id;
 mod target_tracker;
 mod tracker;
 mod value;
-#[doc(hidden)]
+
+// The documentation has only what is public without the feature, whichever features it is made with.
+#[cfg(not(all(feature = "internals", not(doc))))]
+mod correlation;
+#[cfg(all(feature = "internals", not(doc)))]
+pub mod correlation;
+#[cfg(not(all(feature = "internals", not(doc))))]
+mod numeric;
+#[cfg(all(feature = "internals", not(doc)))]
+pub mod numeric;
+#[cfg(not(all(feature = "internals", not(doc))))]
+mod paper;
+#[cfg(all(feature = "internals", not(doc)))]
+pub mod paper;
+#[cfg(not(all(feature = "internals", not(doc))))]
+mod patch_model;
+#[cfg(all(feature = "internals", not(doc)))]
+pub mod patch_model;
+#[cfg(not(all(feature = "internals", not(doc))))]
+mod vision;
+#[cfg(all(feature = "internals", not(doc)))]
 pub mod vision;
 
 pub use config::{

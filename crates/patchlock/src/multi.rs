@@ -31,13 +31,13 @@ pub struct Tracked {
 /// Follows many targets through the frames of a video. They come and go at any frame.
 ///
 /// ```
-/// use patchlock::{BoundingBox, Frame, MultiTracker, Preset};
+/// use patchlock::{Frame, MultiTracker, Preset};
 ///
 /// let mut tracker = MultiTracker::new(Preset::Robust)?;
 /// let pixels: Vec<u8> = (0..120 * 90).map(|k| (k * k % 251) as u8).collect();
 /// let frame = Frame::grey8(&pixels, 120, 90)?;
-/// let first = tracker.add(&frame, BoundingBox { x: 30.0, y: 20.0, w: 40.0, h: 32.0 })?.id;
-/// tracker.add(&frame, BoundingBox { x: 70.0, y: 40.0, w: 24.0, h: 24.0 })?;
+/// let first = tracker.add(&frame, [30.0, 20.0, 40.0, 32.0])?.id;
+/// tracker.add(&frame, [70.0, 40.0, 24.0, 24.0])?;
 /// for tracked in tracker.update(&frame)? {
 ///     println!("{}: {:?}", tracked.id, tracked.estimate.bbox);
 /// }
@@ -116,8 +116,12 @@ impl MultiTracker {
     /// # Errors
     /// [`Error::BoxShape`], [`Error::BoxTooSmall`], [`Error::BoxOutside`] or [`Error::Frame`]; [`Error::FrameSize`] if the
     /// other targets are tracked on frames of another size. Then nothing has changed.
-    pub fn add(&mut self, frame: &Frame<'_>, bbox: BoundingBox) -> Result<&Tracked, Error> {
-        let (target, estimate) = self.begin(frame, bbox)?;
+    pub fn add(
+        &mut self,
+        frame: &Frame<'_>,
+        bbox: impl Into<BoundingBox>,
+    ) -> Result<&Tracked, Error> {
+        let (target, estimate) = self.begin(frame, bbox.into())?;
         let id = TargetId::from(self.next);
         self.next = self.next.saturating_add(1);
         self.targets.push(target);
@@ -134,10 +138,10 @@ impl MultiTracker {
         &mut self,
         id: TargetId,
         frame: &Frame<'_>,
-        bbox: BoundingBox,
+        bbox: impl Into<BoundingBox>,
     ) -> Result<&Estimate, Error> {
         let index = self.index(id)?;
-        (self.targets[index], self.tracked[index].estimate) = self.begin(frame, bbox)?;
+        (self.targets[index], self.tracked[index].estimate) = self.begin(frame, bbox.into())?;
         Ok(&self.tracked[index].estimate)
     }
 

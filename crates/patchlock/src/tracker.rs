@@ -14,12 +14,11 @@ use crate::vision::geometry::BoundingBox;
 /// Follows one target through the frames of a video.
 ///
 /// ```
-/// use patchlock::{BoundingBox, Frame, Preset, Tracker};
+/// use patchlock::{Frame, Preset, Tracker};
 ///
 /// let pixels: Vec<u8> = (0..120 * 90).map(|k| (k * k % 251) as u8).collect();
 /// let frame = Frame::grey8(&pixels, 120, 90)?;
-/// let bbox = BoundingBox { x: 30.0, y: 20.0, w: 40.0, h: 32.0 };
-/// let mut tracker = Tracker::start(Preset::Robust, &frame, bbox)?;
+/// let mut tracker = Tracker::start(Preset::Robust, &frame, [30.0, 20.0, 40.0, 32.0])?;
 /// let estimate = tracker.update(&frame)?;
 /// println!("{:?}, {}, score {:.2}", estimate.bbox, estimate.status, estimate.score);
 /// # Ok::<(), patchlock::Error>(())
@@ -41,7 +40,7 @@ pub struct Tracker {
 
 impl Tracker {
     /// A tracker that follows the target in this box of this frame. A
-    /// [`Preset`](crate::Preset) is a configuration, too.
+    /// [`Preset`](crate::Preset) is a configuration, too, and `[x, y, w, h]` a box.
     ///
     /// # Errors
     /// [`Error::Config`] names the setting that is wrong, its value and what is allowed.
@@ -51,9 +50,12 @@ impl Tracker {
     pub fn start(
         config: impl Into<TrackerConfig>,
         frame: &Frame<'_>,
-        bbox: BoundingBox,
+        bbox: impl Into<BoundingBox>,
     ) -> Result<Self, Error> {
-        let config = config.into();
+        Self::begin(config.into(), frame, bbox.into())
+    }
+
+    fn begin(config: TrackerConfig, frame: &Frame<'_>, bbox: BoundingBox) -> Result<Self, Error> {
         config.validate()?;
         config.check_network()?;
         Instructions::chosen()?;
@@ -70,8 +72,13 @@ impl Tracker {
     /// # Errors
     /// [`Error::BoxShape`], [`Error::BoxTooSmall`], [`Error::BoxOutside`] or [`Error::Frame`]; then the tracker is
     /// unchanged.
-    pub fn restart(&mut self, frame: &Frame<'_>, bbox: BoundingBox) -> Result<&Estimate, Error> {
+    pub fn restart(
+        &mut self,
+        frame: &Frame<'_>,
+        bbox: impl Into<BoundingBox>,
+    ) -> Result<&Estimate, Error> {
         let Self { config, images, scratch, .. } = self;
+        let bbox = bbox.into();
         bbox.check_in(frame.width(), frame.height())?;
         images.fill(frame, &config.method)?;
         (self.target, self.estimate) = target::begin(images.of(frame), bbox, config, scratch)?;

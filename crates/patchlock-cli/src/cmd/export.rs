@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use clap::Args;
+use clap::builder::PossibleValuesParser;
 use patchlock_studio::export as of_project;
 use patchlock_studio::project::Store;
 use patchlock_track::export::{self, Format, Options, Track};
@@ -90,9 +91,8 @@ pub struct ExportArgs {
     #[arg(long, requires = "all")]
     no_frames: bool,
 
-    /// mot, coco, cvat, cvat-obb, yolo, yolo-obb, voc, label-studio, lasot or got10k; for projects
-    /// also csv
-    #[arg(long, value_name = "NAME")]
+    /// The format; csv is for projects only, cvat-obb and yolo-obb are not
+    #[arg(long, value_name = "NAME", value_parser = formats())]
     format: String,
 
     /// The file to write for mot, coco, cvat, cvat-obb and label-studio; the folder to create for the others
@@ -132,6 +132,12 @@ pub struct ExportArgs {
     /// Replace an existing file; a folder that is not empty is never replaced
     #[arg(long)]
     overwrite: bool,
+}
+
+/// The names of all formats, which shells complete.
+fn formats() -> PossibleValuesParser {
+    let names = Format::ALL.map(Format::name).into_iter();
+    PossibleValuesParser::new(names.chain([of_project::Format::Csv.name()]))
 }
 
 /// Reads, converts, writes.

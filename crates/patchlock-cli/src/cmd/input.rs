@@ -12,13 +12,15 @@ use crate::interrupt;
 /// How live sources are read.
 #[derive(Debug, Args)]
 pub struct LiveArgs {
-    /// Take the newest frame of standard input and leave out those before it, as from a camera. The
-    /// stream may be of any format that ffmpeg knows
+    /// Take the newest frame of standard input, as from a camera
+    ///
+    /// Those before it are left out. The stream may be of any format that ffmpeg knows.
     #[arg(long)]
     live: bool,
 
-    /// Seconds to wait in all, between attempts to open a stream of the network that was lost; with
-    /// 0, tracking ends where the stream ends
+    /// Seconds to wait in all for a stream of the network that was lost
+    ///
+    /// They are spent between attempts to open it. With 0, tracking ends where the stream ends.
     #[arg(
         long,
         value_name = "0..",

@@ -59,8 +59,9 @@ fn threads() -> RangedU64ValueParser<usize> {
 /// What a source may claim, for all commands that read one.
 #[derive(Debug, Args)]
 struct LimitArgs {
-    /// Maximum number of pixels of a frame, width times height. A source with larger frames is
-    /// refused before memory is allocated
+    /// Maximum number of pixels of a frame, width times height
+    ///
+    /// A source with larger frames is refused before memory is allocated.
     #[arg(
         long,
         value_name = "1..",

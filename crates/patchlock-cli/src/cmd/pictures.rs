@@ -18,16 +18,20 @@ const CROP: std::ops::RangeInclusive<f64> = 1.0..=20.0;
 #[derive(Debug, Args)]
 #[command(group(ArgGroup::new("pictures").args(["video", "gif"]).multiple(true)))]
 pub struct PictureArgs {
-    /// Save a video (MP4, H.264) with box, outline, visible patches, score and frame number. Lines
-    /// are solid while the target is tracked and dashed while it is uncertain; while it is lost,
-    /// the last box is grey. Frames keep the times of the source; without times, there are 30 per
-    /// second. Sound is left out. If ffmpeg with libx264 is installed, it encodes long videos, which
-    /// is several times as fast
-    #[arg(long, value_name = "FILE.mp4")]
+    /// Save a video (MP4, H.264) with the track drawn in
+    ///
+    /// It has box, outline, visible patches, score and frame number. Lines are solid while the
+    /// target is tracked and dashed while it is uncertain; while it is lost, the last box is grey.
+    /// Frames keep the times of the source; without times, there are 30 per second. Sound is left
+    /// out. If ffmpeg with libx264 is installed, it encodes long videos, which is several times as
+    /// fast.
+    // Among the first options of the help.
+    #[arg(long, value_name = "FILE.mp4", help_heading = None::<&str>)]
     pub video: Option<PathBuf>,
 
-    /// Quantiser of --video, from 0 (best picture, largest file) to 51; 6 more roughly halve the
-    /// size
+    /// Quantiser of --video, from 0 (best picture, largest file) to 51
+    ///
+    /// 6 more roughly halve the size.
     #[arg(
         long,
         value_name = "0..51",
@@ -38,11 +42,15 @@ pub struct PictureArgs {
     )]
     quality: u8,
 
-    /// Save the video as an animated GIF with ten frames per second, at most 480 pixels wide
+    /// Save the video as an animated GIF
+    ///
+    /// It has ten frames per second, and is at most 480 pixels wide.
     #[arg(long, value_name = "FILE.gif")]
     gif: Option<PathBuf>,
 
-    /// Largest size of --gif in MB. To keep it, the GIF is smaller, or has fewer colours or frames
+    /// Largest size of --gif in MB
+    ///
+    /// To keep it, the GIF is smaller, or has fewer colours or frames.
     #[arg(
         long,
         value_name = "1..",
@@ -53,12 +61,15 @@ pub struct PictureArgs {
     )]
     gif_mb: usize,
 
-    /// Show only the part around the target in --video and --gif, this many times as wide as the
-    /// larger side of its box. Only for a single target
+    /// Show only the part around the target in --video and --gif
+    ///
+    /// It is this many times as wide as the larger side of the target's box. Only for a single target.
     #[arg(long, value_name = "1..20", allow_negative_numbers = true, requires = "pictures")]
     crop: Option<f64>,
 
-    /// Panels with score and patches in --video and --gif [default: on]; panels avoid the target
+    /// Panels with score and patches in --video and --gif [default: on]
+    ///
+    /// Panels avoid the target.
     #[arg(long, value_name = "WHETHER", requires = "pictures", value_parser = on_or_off())]
     panel: Option<bool>,
 }

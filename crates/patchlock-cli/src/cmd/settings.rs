@@ -13,7 +13,13 @@ use crate::failure::Failure;
 /// Preset, settings file and single settings.
 #[derive(Debug, Args)]
 pub struct SettingsArgs {
-    #[arg(long, value_name = "NAME", default_value = "robust", help = PRESETS_SHOWN)]
+    #[arg(
+        long,
+        value_name = "NAME",
+        default_value = "robust",
+        help = "Settings to start from: robust, paper or network",
+        long_help = PRESETS_SHOWN
+    )]
     pub preset: String,
 
     /// Settings that differ from the preset, as TOML; see patchlock config
@@ -23,8 +29,9 @@ pub struct SettingsArgs {
     #[command(flatten)]
     pub model: ModelArgs,
 
-    /// Change one setting, such as search=7 or rotate=false; may be repeated. It takes precedence
-    /// over --config
+    /// Change one setting, such as search=7 or rotate=false; may be repeated
+    ///
+    /// It takes precedence over --config.
     #[arg(long, value_name = "NAME=VALUE")]
     pub set: Vec<String>,
 }
@@ -32,14 +39,16 @@ pub struct SettingsArgs {
 /// A network of the user.
 #[derive(Debug, Args)]
 pub struct ModelArgs {
-    /// A tracking network: a folder with the ONNX files of one model, or the file of a model that
-    /// has only one. robust uses it beside its own models, and is right more often;
-    /// network needs one. patchlock model --help says where to get one
+    /// A tracking network: a folder with ONNX files, or the only file
+    ///
+    /// The files are those of one model. robust uses it beside its own models, and is right more
+    /// often; network needs one. patchlock model --help says where to get one.
     #[arg(long, value_name = "DIR|FILE")]
     pub model: Option<PathBuf>,
 
-    /// Run the network with this library of onnxruntime, such as libonnxruntime.so, instead of the
-    /// built-in runtime. The library is code: load only one that you trust
+    /// Run the network with this library of onnxruntime, such as libonnxruntime.so
+    ///
+    /// It takes the place of the built-in runtime. The library is code: load only one that you trust.
     #[arg(long, value_name = "FILE")]
     pub runtime: Option<PathBuf>,
 }

@@ -1,6 +1,7 @@
 //! `patchlock track`: tracks one target or many through a source.
 
 use std::ffi::OsString;
+use std::io::{self, IsTerminal as _};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
@@ -34,21 +35,29 @@ use crate::targets::Targets;
 
 /// On one line, it would be wider than a terminal.
 const USAGE: &str = "\
-patchlock track [OPTIONS] --box <X,Y,W,H> <SOURCE>
+patchlock track [OPTIONS] <SOURCE>
+       patchlock track [OPTIONS] --box <X,Y,W,H> <SOURCE>
        patchlock track [OPTIONS] --box-from <FILE> <SOURCE>
        patchlock track [OPTIONS] --boxes <CSV> <SOURCE>
        patchlock track [OPTIONS] --select <SOURCE>
        patchlock track [OPTIONS] --project <JSON> <SOURCE>";
 
+const FEW_EXAMPLES: &str = "\
+EXAMPLES:
+  patchlock track video.mp4 --video tracked.mp4
+      opens a page in the browser, where you draw the box
+  patchlock track video.mp4 --box 120,80,64,48 --save boxes.csv
+      saves the boxes as a table";
+
 const EXAMPLES: &str = "\
 EXAMPLES:
-  patchlock track video.mp4 --box 120,80,64,48 --save boxes.csv \\
-    --video tracked.mp4
-      saves the boxes as a table, and a video with the track drawn in
+  patchlock track video.mp4 --video tracked.mp4
+      opens a page in the browser, where you draw the box; saves a video with
+      the track drawn in
+  patchlock track video.mp4 --box 120,80,64,48 --save boxes.csv
+      saves the boxes as a table
   patchlock track frames/ --box 120,80,64,48 > boxes.csv
       without an output option the CSV table goes to standard output
-  patchlock track video.mp4 --select --video tracked.mp4
-      opens a page in the browser, where you draw the box
   patchlock track 'img/%04d.jpg' --box-from groundtruth_rect.txt \\
     --save result.txt
       reads frames and first box of an OTB sequence, and saves the boxes in the
@@ -71,6 +80,15 @@ EXAMPLES:
   ffmpeg -i video.webm -f yuv4mpegpipe -pix_fmt yuv420p - | patchlock track - \\
     --box 120,80,64,48
       reads frames from any program that writes Y4M";
+
+/// Where the targets of a run are, in the help.
+const TARGETS: &str = "More ways to give targets";
+/// Which frames.
+const FRAMES: &str = "Frames";
+/// How they are tracked.
+const TRACKER: &str = "Tracker";
+/// What is written and shown.
+const OUTPUT: &str = "Tables and page";
 
 /// Tracks one or more objects through a video or a folder of frames
 ///
@@ -99,64 +117,95 @@ EXAMPLES:
 #[derive(Debug, Args)]
 #[command(
     override_usage = USAGE,
-    after_help = EXAMPLES,
-    group(ArgGroup::new("target").args(["bbox", "box_from", "boxes", "select"])),
-    group(
-        ArgGroup::new("start_from").required(true).multiple(true)
-            .args(["bbox", "box_from", "boxes", "select", "project"])
-    )
+    after_help = FEW_EXAMPLES,
+    after_long_help = EXAMPLES,
+    group(ArgGroup::new("target").args(["bbox", "box_from", "boxes", "select"]))
 )]
 pub struct TrackArgs {
     /// Frames: a folder, a pattern, a glob, a video file, a camera or stream, or - for Y4M on stdin
     source: OsString,
 
-    /// The target in the first tracked frame: left, top (from 0), width, height; may be fractional.
-    /// If the option is repeated, each box is a target, with the ids 1, 2 and so on
+    /// The target in the first tracked frame: left, top, width, height
+    ///
+    /// Pixels count from 0; numbers may be fractional. If the option is repeated, each box is a
+    /// target, with the ids 1, 2 and so on.
     #[arg(long = "box", id = "bbox", value_name = "X,Y,W,H", allow_hyphen_values = true)]
     bbox: Vec<String>,
 
-    /// Read the box from a truth file with one box per line, counted from 1 (commas, tabs or
-    /// spaces): the line of the first tracked frame, or the only line
-    #[arg(long, value_name = "FILE")]
-    box_from: Option<PathBuf>,
-
-    /// Targets that start and end at any frame: a CSV file with the columns frame,id,x,y,w,h,
-    /// counted from 0. If an id is no number, all are names: tables then have a column name, and
-    /// ids that count the names from 1. A target starts at its first line, restarts at a later one, and ends at a
-    /// line without x, y, w and h
-    #[arg(long, value_name = "CSV")]
-    boxes: Option<PathBuf>,
-
-    /// Draw the boxes on a page in the browser, on the first frame. The boxes are printed as options
+    /// Draw the boxes on a page in the browser, on the first frame
+    ///
+    /// The boxes are printed as options. On a terminal, this is what happens if no target is given.
     #[arg(long)]
     select: bool,
 
-    /// Add the boxes to the project of SOURCE, in the format of patchlock studio; created if
-    /// missing. Given boxes become new targets. Without boxes, the targets of the project are
-    /// tracked: they start at their key frames, restart at the next ones, and end where they are
-    /// hidden
-    #[arg(long, value_name = "JSON")]
+    /// Save the boxes as .csv, .jsonl or .txt; may be repeated
+    ///
+    /// .csv and .jsonl have all columns (0-based), .txt has x,y,w,h per line (1-based).
+    #[arg(long, value_name = "FILE")]
+    save: Vec<PathBuf>,
+
+    /// Replace existing files
+    #[arg(long)]
+    overwrite: bool,
+
+    /// Show each frame with the boxes on a page in the browser, while it tracks
+    #[arg(long)]
+    preview: bool,
+
+    // What is flattened leaves its heading to what comes after it, so this is after those without one.
+    #[command(flatten, next_help_heading = "Pictures")]
+    pictures: PictureArgs,
+
+    /// Read the box from a truth file, with one box per line, counted from 1
+    ///
+    /// It is on the line of the first tracked frame, or on the only line. Numbers are separated by
+    /// commas, tabs or spaces.
+    #[arg(long, value_name = "FILE", help_heading = TARGETS)]
+    box_from: Option<PathBuf>,
+
+    /// Targets that start and end at any frame, from a table frame,id,x,y,w,h
+    ///
+    /// The columns of this CSV file are counted from 0. If an id is no number, all are names: tables
+    /// then have a column name, and ids that count the names from 1. A target starts at its first
+    /// line, restarts at a later one, and ends at a line without x, y, w and h.
+    #[arg(long, value_name = "CSV", help_heading = TARGETS)]
+    boxes: Option<PathBuf>,
+
+    /// Add the boxes to the project of SOURCE, in the format of patchlock studio
+    ///
+    /// It is created if missing. Given boxes become new targets. Without boxes, the targets of the
+    /// project are tracked: they start at their key frames, restart at the next ones, and end where
+    /// they are hidden.
+    #[arg(long, value_name = "JSON", help_heading = TARGETS)]
     project: Option<PathBuf>,
 
-    #[command(flatten)]
-    settings: SettingsArgs,
-
-    /// Seed of the random numbers [default: the seed in the settings]; the same seed gives the same
-    /// boxes
-    #[arg(long, value_name = SEEDS_SHOWN, allow_negative_numbers = true, value_parser = seed())]
-    seed: Option<u64>,
-
-    /// Number of threads [default: one per core]; it does not change the boxes
-    #[arg(long, value_name = THREADS_SHOWN, allow_negative_numbers = true, value_parser = threads())]
-    threads: Option<usize>,
+    /// Maximum number of targets that are tracked at once
+    ///
+    /// A target takes about 1 MB of memory; with the preset paper, 20 MB.
+    #[arg(
+        long,
+        value_name = "1..",
+        default_value_t = 500,
+        allow_negative_numbers = true,
+        value_parser = RangedU64ValueParser::<usize>::new().range(1..),
+        help_heading = TARGETS
+    )]
+    max_targets: usize,
 
     /// First frame of the range
-    #[arg(long, value_name = "0..", default_value = "0", allow_negative_numbers = true)]
+    #[arg(
+        long,
+        value_name = "0..",
+        default_value = "0",
+        allow_negative_numbers = true,
+        help_heading = FRAMES
+    )]
     start: usize,
 
-    /// End of the range, exclusive: --start 10 --end 20 tracks frames 10 to 19 [default: all
-    /// frames]
-    #[arg(long, value_name = "0..", allow_negative_numbers = true)]
+    /// End of the range, exclusive [default: all frames]
+    ///
+    /// --start 10 --end 20 tracks frames 10 to 19.
+    #[arg(long, value_name = "0..", allow_negative_numbers = true, help_heading = FRAMES)]
     end: Option<usize>,
 
     /// Take every Nth frame of the range
@@ -165,70 +214,79 @@ pub struct TrackArgs {
         value_name = "1..",
         default_value = "1",
         allow_negative_numbers = true,
-        value_parser = RangedU64ValueParser::<usize>::new().range(1..)
+        value_parser = RangedU64ValueParser::<usize>::new().range(1..),
+        help_heading = FRAMES
     )]
     stride: usize,
 
     /// Track from the last frame of the range to the first; the box is in the last frame
-    #[arg(long)]
+    #[arg(long, help_heading = FRAMES)]
     reverse: bool,
 
-    /// Save the boxes; may be repeated. The extension selects the format: .csv and .jsonl (0-based,
-    /// all columns), .txt (x,y,w,h per line, 1-based)
-    #[arg(long, value_name = "FILE")]
-    save: Vec<PathBuf>,
-
-    /// Positions in tables while a target is lost
-    #[arg(long, value_name = "WHAT", default_value = "keep", value_enum)]
-    lost: Lost,
-
-    #[command(flatten)]
-    pictures: PictureArgs,
-
-    /// Save statistics of the run as JSON: frames, frames_lost, losses (each with the frames of the
-    /// loss and of the return), tracking_fps (without decoding), wall_fps (with it), ms_median, ...
-    #[arg(long, value_name = "FILE.json")]
-    summary: Option<PathBuf>,
-
-    #[command(flatten)]
+    #[command(flatten, next_help_heading = FRAMES)]
     live: LiveArgs,
 
-    /// Show the newest frame with the boxes on a page in the browser, while the frames are tracked
-    #[arg(long)]
-    preview: bool,
+    #[command(flatten, next_help_heading = FRAMES)]
+    limits: LimitArgs,
+
+    #[command(flatten, next_help_heading = TRACKER)]
+    settings: SettingsArgs,
+
+    /// Seed of the random numbers [default: the seed in the settings]
+    ///
+    /// The same seed gives the same boxes.
+    #[arg(
+        long,
+        value_name = SEEDS_SHOWN,
+        allow_negative_numbers = true,
+        value_parser = seed(),
+        help_heading = TRACKER
+    )]
+    seed: Option<u64>,
+
+    /// Number of threads [default: one per core]; it does not change the boxes
+    #[arg(
+        long,
+        value_name = THREADS_SHOWN,
+        allow_negative_numbers = true,
+        value_parser = threads(),
+        help_heading = TRACKER
+    )]
+    threads: Option<usize>,
+
+    /// Positions in tables while a target is lost
+    #[arg(long, value_name = "WHAT", default_value = "keep", value_enum, help_heading = OUTPUT)]
+    lost: Lost,
+
+    /// Save statistics of the run as JSON
+    ///
+    /// Among them are frames, frames_lost, losses (each with the frames of the loss and of the
+    /// return), tracking_fps (without decoding), wall_fps (with it), ms_median.
+    #[arg(long, value_name = "FILE.json", help_heading = OUTPUT)]
+    summary: Option<PathBuf>,
 
     /// Port of the page of --select and --preview; with 0 the system chooses a free one
-    #[arg(long, value_name = "0..65535", default_value_t = 0, allow_negative_numbers = true)]
+    #[arg(
+        long,
+        value_name = "0..65535",
+        default_value_t = 0,
+        allow_negative_numbers = true,
+        help_heading = OUTPUT
+    )]
     port: u16,
 
     /// Print the address of the page without opening a browser
-    #[arg(long)]
+    #[arg(long, help_heading = OUTPUT)]
     no_open: bool,
 
-    #[command(flatten)]
+    #[command(flatten, next_help_heading = OUTPUT)]
     hosts: HostArgs,
 
-    #[command(flatten)]
-    limits: LimitArgs,
-
-    /// Maximum number of targets that are tracked at once. A target takes about 1 MB
-    /// of memory; with the preset paper, 20 MB
-    #[arg(
-        long,
-        value_name = "1..",
-        default_value_t = 500,
-        allow_negative_numbers = true,
-        value_parser = RangedU64ValueParser::<usize>::new().range(1..)
-    )]
-    max_targets: usize,
-
-    /// No progress bar. It is always hidden if the table is printed to the terminal
-    #[arg(long, short)]
+    /// No progress bar
+    ///
+    /// It is always hidden if the table is printed to the terminal.
+    #[arg(long, short, help_heading = OUTPUT)]
     quiet: bool,
-
-    /// Replace existing files
-    #[arg(long)]
-    overwrite: bool,
 }
 
 impl TrackArgs {
@@ -238,7 +296,21 @@ impl TrackArgs {
 
     /// Whether the boxes are given, and not those of the project.
     fn has_boxes(&self) -> bool {
-        !self.bbox.is_empty() || self.box_from.is_some() || self.boxes.is_some() || self.select
+        !self.bbox.is_empty() || self.box_from.is_some() || self.boxes.is_some()
+    }
+
+    /// Whether the user draws the boxes: as asked for, or on a terminal if no target is given.
+    fn draws(&self) -> Result<bool, Failure> {
+        if self.select || self.has_boxes() || self.project.is_some() {
+            return Ok(self.select);
+        }
+        if io::stdin().is_terminal() && io::stderr().is_terminal() {
+            return Ok(true);
+        }
+        Err(usage("no target is given").hint(
+            "--box X,Y,W,H is the target in the first frame; --select opens a page where you draw it; \
+             --boxes, --box-from and --project name files",
+        ))
     }
 
     /// Refuses what cannot be done with frames that come only once, now.
@@ -258,11 +330,11 @@ impl TrackArgs {
     }
 
     fn start(&self, project: Option<&Store>) -> Result<Start, Failure> {
+        if self.draws()? {
+            return Ok(Start::Drawn);
+        }
         if let Some(store) = project.filter(|_| !self.has_boxes()) {
             return project::starts(store, &self.order()).map(Start::Known);
-        }
-        if self.select {
-            return Ok(Start::Drawn);
         }
         if let Some(file) = &self.boxes {
             return Targets::from_table(file).map(Start::Known);
@@ -374,7 +446,8 @@ pub fn run(args: &TrackArgs) -> Result<()> {
     let settings = Settings::new(&args.settings.preset, &config);
     let plan = args.plan(&start)?;
 
-    let page = args.select || args.preview;
+    let draws = matches!(start, Start::Drawn);
+    let page = draws || args.preview;
     if page {
         // Who has read the address of the page may press Ctrl-C before the source is open.
         interrupt::listen()?;
@@ -393,7 +466,7 @@ pub fn run(args: &TrackArgs) -> Result<()> {
     interrupt::listen()?;
     let first = input::next(&mut feed, say)?;
     let Some(first) = first else { return Err(nothing_to_track(&order)) };
-    if let Some(page) = page.as_ref().filter(|_| args.select) {
+    if let Some(page) = page.as_ref().filter(|_| draws) {
         targets = Targets::in_first_frame(&preview::ask(page, first.0, &first.1)?);
         args.check_files(targets.many)?;
     }
@@ -414,7 +487,7 @@ pub fn run(args: &TrackArgs) -> Result<()> {
         false => Progress::new(expected, args.quiet),
     };
     if let Some(store) = project {
-        sinks.push(Box::new(project::Output::new(store, &targets, !args.has_boxes())));
+        sinks.push(Box::new(project::Output::new(store, &targets, !draws && !args.has_boxes())));
     }
     // The page is there until the end, so that it shows the answer to the boxes.
     if let Some(page) = page.as_ref().filter(|_| args.preview) {

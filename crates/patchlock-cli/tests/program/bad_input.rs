@@ -17,6 +17,18 @@ fn fails(result: Assert, code: i32, words: &[&str]) {
         .stderr(predicate::str::contains("panicked").not());
 }
 
+/// On a terminal, the page to draw a box opens instead; the tests of the Python package have one.
+#[test]
+fn no_target_without_a_terminal() {
+    let bench = Bench::new();
+    bench.images("f", 1);
+    let mut track = patchlock();
+    let said = predicate::str::contains("no target is given")
+        .and(predicate::str::contains("hint: --box X,Y,W,H is"))
+        .and(predicate::str::contains("--select opens a page"));
+    track.current_dir(bench.folder.path()).args(["track", "f"]).assert().code(2).stderr(said);
+}
+
 #[test]
 fn missing_file() {
     let bench = Bench::new();

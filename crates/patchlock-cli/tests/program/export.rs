@@ -101,9 +101,9 @@ fn errors_name_their_cause() {
     std::fs::write(bench.path("b.txt"), "1,2,3,4\n").unwrap();
     let cases: [(&[&str], i32, &str); 8] = [
         (
-            &["a.csv", "--format", "vot", "--out", "x"],
+            &["a.csv", "--format", "csv", "--out", "x"],
             2,
-            "there is no format vot; the formats are mot, ",
+            "there is no format csv; the formats are mot, ",
         ),
         (&["b.txt", "--format", "coco", "--out", "x"], 2, "needs the frame size"),
         (

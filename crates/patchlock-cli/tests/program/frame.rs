@@ -83,6 +83,14 @@ fn every_shell_has_completions() {
             assert!(text.contains(word), "{shell}: {word}");
         }
     }
+    // The others complete no values.
+    for shell in ["bash", "zsh", "fish"] {
+        let output = patchlock().args(["completions", shell]).output().unwrap();
+        let text = String::from_utf8(output.stdout).unwrap();
+        for format in ["label-studio", "yolo-obb", "got10k"] {
+            assert!(text.contains(format), "{shell}: {format}");
+        }
+    }
     patchlock().args(["completions", "cmd"]).assert().code(2).stderr(contains("bash"));
 }
 

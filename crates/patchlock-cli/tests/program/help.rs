@@ -54,6 +54,33 @@ fn every_command_argument_and_option_has_help() {
     assert!(count > 100, "{count}");
 }
 
+#[test]
+fn the_help_of_track_begins_with_the_options_of_a_first_track() {
+    for words in [["track", "-h"], ["track", "--help"]] {
+        let text = help(&words, 80);
+        let headings: Vec<&str> =
+            text.lines().filter(|line| line.ends_with(':') && !line.starts_with(' ')).collect();
+        let groups = ["More ways to give targets:", "Frames:", "Tracker:", "Tables and page:"];
+        assert_eq!(headings[..3], ["Arguments:", "Options:", "Pictures:"], "{words:?}");
+        assert!(groups.iter().all(|group| headings.contains(group)), "{headings:?}");
+        let first =
+            text.split("\nOptions:\n").nth(1).and_then(|rest| rest.split("\nPictures:").next());
+        let names: Vec<&str> = first
+            .unwrap_or_default()
+            .lines()
+            .filter_map(|line| line.trim().trim_start_matches("-h, ").split_whitespace().next())
+            .filter(|word| word.starts_with("--"))
+            .collect();
+        let expected =
+            ["--box", "--select", "--save", "--overwrite", "--preview", "--video", "--help"];
+        assert_eq!(names, expected, "{words:?}");
+    }
+    // In the short help, an option is a line or two.
+    let lines =
+        |words: &[&str]| help(words, 110).split("EXAMPLES:").next().unwrap().lines().count();
+    assert!(2 * lines(&["track", "-h"]) < lines(&["track", "--help"]));
+}
+
 /// A line that is wider than such a terminal.
 fn too_long(text: &str) -> Option<&str> {
     text.lines().find(|line| line.chars().count() > 80)

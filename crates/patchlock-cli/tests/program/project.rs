@@ -155,7 +155,7 @@ fn a_project_is_exported() {
     export(&["--format", "mot", "--out", "b.txt", "--label", "car"])
         .code(2)
         .stderr(predicate::str::contains("--label is not for the project"));
-    export(&["--format", "xls", "--out", "b.txt"])
+    export(&["--format", "yolo-obb", "--out", "b.txt"])
         .code(2)
         .stderr(predicate::str::contains("csv, mot"));
     export(&["--format", "csv", "--out", "a.csv"])

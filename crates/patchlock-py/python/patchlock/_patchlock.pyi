@@ -32,9 +32,13 @@ __all__ = [
     "Scene",
     "Store",
     "Tracker",
+    "VideoWriter",
     "__version__",
+    "_box",
     "_checked_config",
     "_export",
+    "_iou",
+    "_read_estimates",
     "_restore",
     "_restore_config",
     "_restore_many",
@@ -71,13 +75,15 @@ class Config:
     Args:
         preset: The preset to start from; `PRESETS` lists the names.
         file: A TOML file with settings that differ from the preset, as `patchlock config` writes it.
+        settings: Settings to change, by name, such as `search=7`.
         model: A network, which `network` needs and `robust` can use: a `Network`, or what `Network` takes. It takes precedence
             over that of the file.
         runtime: What runs the network, as for `Network`, if `model` is not a `Network`.
 
     Raises:
         AttributeError: An attribute is not a setting, or belongs to another method.
-        TypeError: The value of a setting or of an argument has the wrong type.
+        TypeError: The value of a setting or of an argument has the wrong type, or a keyword argument is not a
+            setting.
         ValueError: There is no such preset, the value of a setting is not allowed, the file is invalid, or the
             network can't be used.
         OSError: A file can't be read.
@@ -94,6 +100,7 @@ class Config:
         *,
         model: Network | ModelLike | None = None,
         runtime: str | os.PathLike[str] | None = None,
+        **settings: float | str | bool,
     ) -> Self: ...
     @property
     def model(self) -> Network | None:
@@ -445,7 +452,7 @@ class Tracker:
         frame: The first frame.
         box: The target in it: left, top, width, height in pixels, counted from 0; may be fractional
             and partly outside the frame. Width and height must be at least 1.
-        config: A `Config`, or the name of a preset; `None` for the preset `robust`.
+        config: A `Config`; `None` for the preset `robust`.
         preset: The name of a preset, instead of `config`.
         model: A network, which `network` needs and `robust` can use: a `Network`, or what `Network` takes. It takes
             precedence over that of `config`.
@@ -454,11 +461,12 @@ class Tracker:
             that all such trackers of the process share. The number does not change the boxes.
         channels: Channel order of colour arrays: `"bgr"` for images read by OpenCV. PIL images carry
             their own order.
+        settings: Settings to change, by name, such as `search=7`; `parameters()` describes them.
 
     Raises:
-        TypeError: The frame is neither an array of a supported type nor an image, or the box does
-            not hold numbers.
-        ValueError: The shape of the frame, the box or an argument is invalid, settings do not fit each
+        TypeError: The frame is neither an array of a supported type nor an image, the box does not
+            hold numbers, or a keyword argument is not a setting or has the wrong type.
+        ValueError: The shape of the frame, the box, an argument or a setting is invalid, settings do not fit each
             other, or the network can't be used.
         OSError: A file of the network can't be read.
     """
@@ -467,13 +475,14 @@ class Tracker:
         cls,
         frame: FrameLike,
         box: BoxLike,
-        config: Config | str | None = None,
+        config: Config | None = None,
         *,
         preset: str | None = None,
         model: Network | ModelLike | None = None,
         runtime: str | os.PathLike[str] | None = None,
         threads: int | None = None,
         channels: Literal["rgb", "bgr"] = "rgb",
+        **settings: float | str | bool,
     ) -> Self: ...
     @property
     def estimate(self) -> Estimate:
@@ -577,7 +586,7 @@ class MultiTracker:
     Frames, threads, pickling and copying work as for `Tracker`. All targets share the same settings.
 
     Args:
-        config: A `Config`, or the name of a preset; `None` for the preset `robust`.
+        config: A `Config`; `None` for the preset `robust`.
         preset: The name of a preset, instead of `config`.
         model: A network, which `network` needs and `robust` can use: a `Network`, or what `Network` takes. It takes
             precedence over that of `config`.
@@ -586,23 +595,26 @@ class MultiTracker:
             that all such trackers of the process share. The number does not change the boxes.
         channels: Channel order of colour arrays: `"bgr"` for images read by OpenCV. PIL images carry
             their own order.
+        settings: Settings to change, by name, such as `search=7`; `parameters()` describes them.
 
     Raises:
-        TypeError: `config` or `model` is none of these.
-        ValueError: An argument is invalid, settings do not fit each other, or the network can't be
+        TypeError: `config` or `model` is none of these, or a keyword argument is not a setting or has
+            the wrong type.
+        ValueError: An argument or a setting is invalid, settings do not fit each other, or the network can't be
             used.
         OSError: A file of the network can't be read.
     """
 
     def __new__(
         cls,
-        config: Config | str | None = None,
+        config: Config | None = None,
         *,
         preset: str | None = None,
         model: Network | ModelLike | None = None,
         runtime: str | os.PathLike[str] | None = None,
         threads: int | None = None,
         channels: Literal["rgb", "bgr"] = "rgb",
+        **settings: float | str | bool,
     ) -> Self: ...
     def add(self, frame: FrameLike, box: BoxLike) -> tuple[int, Estimate]:
         """Adds the target in this box of this frame; returns its id and first estimate.
@@ -1051,6 +1063,12 @@ class Frames:
     def rate(self) -> float | None:
         """Frames per second of the source; `None` if the source does not say, or is live."""
 
+    @property
+    def time(self) -> float | None:
+        """When the latest frame is shown, in seconds from the first frame of the source; `None` before the first
+        frame and if the source has no times.
+        """
+
     def __iter__(self) -> Self: ...
     def __next__(self) -> tuple[int, npt.NDArray[np.uint8] | npt.NDArray[np.uint16]]: ...
 
@@ -1285,6 +1303,80 @@ class Project:
 
 
 @final
+class VideoWriter:
+    """Writes a video with the track drawn in (MP4, H.264), as `patchlock track --video` does.
+
+    ```python
+    scene = patchlock.Scene("simple")            # your frames
+    tracker = patchlock.Tracker(scene[0], scene.truth(0))
+    with patchlock.VideoWriter("tracked.mp4", rate=25) as video:
+        video.write(scene[0], tracker.estimate)
+        for k in range(1, 8):
+            video.write(scene[k], tracker.update(scene[k]))
+    ```
+
+    `track(..., video="tracked.mp4")` does so for its frames. The file appears when the writer is closed, at
+    the end of `with`, also after an exception: it then has the frames up to there. Without frames there is no
+    file. If ffmpeg with libx264 is installed, it encodes long videos.
+
+    Args:
+        file: The file, whose name ends in `.mp4`.
+        rate: Frames per second, 0.001 to 1000, of frames without a time.
+        count: Number of frames, if it is known: players can then start before they have the whole file.
+        panel: Whether to draw panels with score, frame number and visible patches, which avoid the target.
+        quality: Quantiser, from 0 (best picture, largest file) to 51; 6 more roughly halve the size.
+        channels: Channel order of colour arrays: `"bgr"` for images read by OpenCV.
+        overwrite: Replace an existing file.
+
+    Raises:
+        ValueError: An argument is invalid, or the file exists.
+        OSError: The file can't be written.
+    """
+
+    def __new__(
+        cls,
+        file: str | os.PathLike[str],
+        *,
+        rate: float = 30.0,
+        count: int | None = None,
+        panel: bool = True,
+        quality: int = 26,
+        channels: Literal["rgb", "bgr"] = "rgb",
+        overwrite: bool = False,
+    ) -> Self: ...
+    def write(
+        self,
+        frame: FrameLike,
+        estimates: Estimate | Mapping[int, Estimate],
+        *,
+        time: float | None = None,
+    ) -> None:
+        """Draws a frame with its estimates and adds it.
+
+        Args:
+            frame: The frame, as for `Tracker`; all have the same size.
+            estimates: The estimate of the frame, or of many targets one for each id, as `MultiTracker.update`
+                returns them. `Estimate.frame` is the number that is drawn.
+            time: When the frame is shown, in seconds; if it and the next frame have a time, the frame lasts from
+                one to the other. `None` for the time by `rate`.
+
+        Raises:
+            TypeError: The frame is neither an array of a supported type nor an image, or the estimates are none.
+            ValueError: The frame has an invalid shape or another size than the first, or the video is closed.
+            OSError: The video can't be written; it is then abandoned.
+        """
+
+    def close(self) -> None:
+        """Completes the file. A closed video can be closed again.
+
+        Raises:
+            OSError: The file can't be written.
+        """
+
+    def __enter__(self) -> Self: ...
+    def __exit__(self, *_exception: object) -> None: ...
+
+@final
 class Store:
     """The results folder of one tracker, with runs in the format of `patchlock bench`."""
 
@@ -1397,12 +1489,26 @@ def _export(
 
 
 def _checked_config(
-    config: Config | str | None,
+    config: Config | None,
     preset: str | None,
     model: Network | ModelLike | None,
     runtime: str | os.PathLike[str] | None,
+    settings: Mapping[str, float | str | bool] | None = None,
+    arguments: Sequence[str] | None = None,
 ) -> Config:
-    """A copy of settings that fit each other, with the network that the method needs."""
+    """A copy of settings that fit each other, with the network that the method needs. Settings by name
+    are keyword arguments of a function that has these `arguments`, too.
+    """
+
+def _box(numbers: BoxLike, corners: bool = False) -> Box:
+    """A box of any four numbers: left, top, width, height or, with `corners`, left, top, right, bottom.
+    """
+
+def _iou(one: BoxLike, other: BoxLike) -> float:
+    """Intersection over union of two boxes of any four numbers."""
+
+def _read_estimates(file: str | os.PathLike[str]) -> list[tuple[int, Estimate]]:
+    """The ids and estimates of a table, ordered by frame, then by id."""
 
 def _restore_config(
     preset: str, changes: dict[str, int | float | str | bool], model: Network | None = None

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from functools import partial
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import nullcontext
 from itertools import islice
-from typing import TYPE_CHECKING, Any, Literal, cast
+from numbers import Integral
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, TypeVar, cast, overload
 
 from tqdm import tqdm
 
-from patchlock._patchlock import Config, Estimate, Frames, Tracker, _checked_config
+from patchlock._patchlock import Config, Estimate, Frames, MultiTracker, Tracker, VideoWriter, _checked_config
+from patchlock._types import Box
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -18,12 +20,23 @@ if TYPE_CHECKING:
     from patchlock._patchlock import Network
     from patchlock._types import BoxLike, FrameLike, ModelLike
 
+_Source: TypeAlias = "str | os.PathLike[str] | int | Iterable[FrameLike]"
+_Boxes: TypeAlias = "Mapping[int, BoxLike] | Iterable[BoxLike]"
+_Found = TypeVar("_Found", Estimate, dict[int, Estimate])
+# Starts on the first frame: its estimates, and what finds those of the next ones.
+_Begin: TypeAlias = "Callable[[FrameLike], tuple[_Found, Callable[[FrameLike], _Found]]]"
 
+RATE = 30.0
+"""Frames per second of a video whose frames have no times."""
+
+
+@overload
 def track(
-    source: str | os.PathLike[str] | int | Iterable[FrameLike],
+    source: _Source,
     box: BoxLike,
     *,
-    config: Config | str | None = None,
+    boxes: None = None,
+    config: Config | None = None,
     preset: str | None = None,
     model: Network | ModelLike | None = None,
     runtime: str | os.PathLike[str] | None = None,
@@ -35,11 +48,70 @@ def track(
     channels: Literal["rgb", "bgr"] = "rgb",
     max_pixels: int = 36_000_000,
     reconnect: float = 60,
+    video: str | os.PathLike[str] | None = None,
+    overwrite: bool = False,
     progress: bool | None = False,
-) -> Iterator[Estimate]:
-    """Tracks a target through a video and yields one estimate per frame.
+    **settings: float | str | bool,
+) -> Iterator[Estimate]: ...
+
+
+@overload
+def track(
+    source: _Source,
+    box: None = None,
+    *,
+    boxes: _Boxes,
+    config: Config | None = None,
+    preset: str | None = None,
+    model: Network | ModelLike | None = None,
+    runtime: str | os.PathLike[str] | None = None,
+    start: int = 0,
+    end: int | None = None,
+    stride: int = 1,
+    reverse: bool = False,
+    threads: int | None = None,
+    channels: Literal["rgb", "bgr"] = "rgb",
+    max_pixels: int = 36_000_000,
+    reconnect: float = 60,
+    video: str | os.PathLike[str] | None = None,
+    overwrite: bool = False,
+    progress: bool | None = False,
+    **settings: float | str | bool,
+) -> Iterator[dict[int, Estimate]]: ...
+
+
+def track(
+    source: _Source,
+    box: BoxLike | None = None,
+    *,
+    boxes: _Boxes | None = None,
+    config: Config | None = None,
+    preset: str | None = None,
+    model: Network | ModelLike | None = None,
+    runtime: str | os.PathLike[str] | None = None,
+    start: int = 0,
+    end: int | None = None,
+    stride: int = 1,
+    reverse: bool = False,
+    threads: int | None = None,
+    channels: Literal["rgb", "bgr"] = "rgb",
+    max_pixels: int = 36_000_000,
+    reconnect: float = 60,
+    video: str | os.PathLike[str] | None = None,
+    overwrite: bool = False,
+    progress: bool | None = False,
+    **settings: float | str | bool,
+) -> Iterator[Estimate] | Iterator[dict[int, Estimate]]:
+    """Tracks one target or many through a video, in one pass, and yields the estimates of each frame.
 
     The boxes are identical, bit for bit, to those of the command `patchlock track`.
+
+    ```python
+    for estimate in patchlock.track("video.mp4", box=(46, 58, 48, 40), search=7):
+        print(estimate.frame, estimate.box, estimate.status)
+    for found in patchlock.track("video.mp4", boxes=[(46, 58, 48, 40), (40, 30, 36, 30)], video="out.mp4"):
+        print(found[1].box, found[2].box)
+    ```
 
     Args:
         source: Anything that the command accepts (a folder of images, a pattern such as `"img/%04d.jpg"`, a
@@ -48,7 +120,9 @@ def track(
             such as `"rtsp://host/path"` a live stream: the newest frame is tracked, and frames that come
             meanwhile are left out, which the numbers of the frames show.
         box: The target in the first tracked frame: x, y, w, h in pixels, counted from 0.
-        config: A `Config`, or the name of a preset; `None` for the preset `robust`.
+        boxes: Many targets in the first tracked frame, instead of `box`: a dictionary of boxes by id, a whole
+            number; or boxes, such as a list or an array, with the ids 1, 2 and so on.
+        config: A `Config`; `None` for the preset `robust`.
         preset: The name of a preset, instead of `config`.
         model: The network of the preset `network`: a `Network`, or what `Network` takes. It takes
             precedence over that of `config`.
@@ -64,20 +138,26 @@ def track(
             refused before memory is taken for it.
         reconnect: Seconds to wait in all, between attempts to open a live stream that was lost; with 0, the
             estimates end there. A warning tells of a loss.
+        video: Also draw the track into this MP4 file, as `VideoWriter` does. It is complete after the last
+            estimate, or up to the frame at which the iteration is given up.
+        overwrite: Replace an existing `video`.
         progress: Whether to show a `tqdm` progress bar; `None` shows it where standard error is a
             terminal.
+        settings: Settings to change, by name, such as `search=7`; `parameters()` describes them.
 
     Yields:
-        The estimates, starting with the frame of the box. `Estimate.frame` is the frame's number in the
-        source.
+        An estimate, or with `boxes` a dictionary with one for each id, starting with the frame of the boxes.
+        `Estimate.frame` is the frame's number in the source.
 
     Raises:
-        ValueError: The settings, the network, the range, the box or a frame is invalid.
-        TypeError: A frame is neither an array nor an image.
-        OSError: The source or a file of the network can't be read.
+        ValueError: The settings, the network, the range, a box or a frame is invalid, or `video` exists.
+        TypeError: A frame is neither an array nor an image, or a keyword argument is not a setting.
+        OSError: The source or a file of the network can't be read, or `video` can't be written.
     """
     # The iterator starts later: wrong settings are found now, and a copy keeps what they are now.
-    settings = _checked_config(config, preset, model, runtime)
+    arguments = list(cast("dict[str, object]", track.__kwdefaults__))
+    checked = _checked_config(config, preset, model, runtime, settings, arguments)
+    options: dict[str, Any] = {"config": checked, "threads": threads, "channels": channels}
     if isinstance(source, (str, os.PathLike, int)):
         files = Frames(
             source,
@@ -88,12 +168,26 @@ def track(
             max_pixels=max_pixels,
             reconnect=reconnect,
         )
+        frames: Iterable[tuple[int, FrameLike]] = files
+        count, rate = files.count, files.rate
         # They are decoded to RGB.
-        start_on = partial(Tracker, box=box, config=settings, threads=threads)
-        return _follow(start_on, files, files.count, progress)
-    start_on = partial(Tracker, box=box, config=settings, threads=threads, channels=channels)
-    numbered, count = _numbered(source, _range(start, end, stride), reverse)
-    return _follow(start_on, numbered, count, progress)
+        options["channels"] = "rgb"
+    else:
+        frames, count = _numbered(source, _range(start, end, stride), reverse)
+        rate = None
+    if (box is None) == (boxes is None):
+        raise TypeError("track takes either box, of one target, or boxes, of many")
+    many = None if boxes is None else _by_id(boxes)
+    writer = None
+    if video is not None:
+        _check_video(video, source)
+        rate = (RATE if rate is None else rate) / stride
+        writer = VideoWriter(
+            video, rate=rate, count=count, channels=options["channels"], overwrite=overwrite
+        )
+    if many is not None:
+        return _follow(_many(many, options), frames, count, progress, writer)
+    return _follow(_one(box, options), frames, count, progress, writer)
 
 
 def _range(start: int, end: int | None, stride: int) -> slice:
@@ -128,34 +222,88 @@ def _numbered(
     return ((i, sequence[i]) for i in (reversed(indices) if reverse else indices)), len(indices)
 
 
+def _by_id(boxes: _Boxes) -> dict[int, BoxLike]:
+    """The boxes by id; those without ids count from 1."""
+    if isinstance(boxes, Mapping):
+        for number in boxes:
+            if isinstance(number, bool) or not isinstance(number, Integral) or number < 0:
+                raise TypeError(f"boxes has the id {number!r}; an id is a whole number, 0 or more")
+        targets = {int(number): box for number, box in boxes.items()}
+    else:
+        targets = dict(enumerate(boxes, 1))
+    if not targets:
+        raise ValueError("boxes is empty; give a box for each target")
+    return {number: Box.from_xywh(box) for number, box in targets.items()}
+
+
+def _check_video(video: str | os.PathLike[str], source: object) -> None:
+    """Refuses a video that would replace the source."""
+    if isinstance(source, (str, os.PathLike)) and os.path.exists(source) and os.path.exists(video):
+        if os.path.samefile(source, video):
+            raise ValueError(f"video is {os.fspath(video)}, the source, and would replace it")
+
+
+def _one(box: Any, options: dict[str, Any]) -> _Begin[Estimate]:
+    def begin(frame: FrameLike) -> tuple[Estimate, Callable[[FrameLike], Estimate]]:
+        tracker = Tracker(frame, box, **options)
+        return tracker.estimate, tracker.update
+
+    return begin
+
+
+def _many(boxes: dict[int, BoxLike], options: dict[str, Any]) -> _Begin[dict[int, Estimate]]:
+    def begin(
+        frame: FrameLike,
+    ) -> tuple[dict[int, Estimate], Callable[[FrameLike], dict[int, Estimate]]]:
+        tracker = MultiTracker(**options)
+        first = {number: tracker.add(frame, box)[1] for number, box in boxes.items()}
+        # In the order in which they were added.
+        return first, lambda frame: dict(zip(boxes, tracker.update(frame).values(), strict=True))
+
+    return begin
+
+
 def _follow(
-    start_on: Callable[[FrameLike], Tracker],
+    begin: _Begin[_Found],
     frames: Iterable[tuple[int, FrameLike]],
     count: int | None,
     progress: bool | None,
-) -> Iterator[Estimate]:
+    writer: VideoWriter | None,
+) -> Iterator[_Found]:
     hidden = None if progress is None else not progress
-    tracker: Tracker | None = None
-    with tqdm(total=count, unit="frame", disable=hidden) as bar:
+    update: Callable[[FrameLike], _Found] | None = None
+    with tqdm(total=count, unit="frame", disable=hidden) as bar, writer or nullcontext():
         for number, frame in frames:
-            if tracker is None:
-                tracker = start_on(frame)
+            if update is None:
+                found, update = begin(frame)
             else:
-                tracker.update(frame)
-            estimate = tracker.estimate
-            bar.set_postfix_str(_state(estimate), refresh=False)
+                found = update(frame)
+            found = _at(number, found)
+            if writer is not None:
+                writer.write(frame, found, time=getattr(frames, "time", None))
+            bar.set_postfix_str(_state(found), refresh=False)
             bar.update()
-            yield estimate.numbered(number)
-    if tracker is None:
+            yield found
+    if update is None:
         raise ValueError("the source has no frames in this range")
 
 
-def _state(estimate: Estimate) -> str:
+def _at(number: int, found: _Found) -> _Found:
+    """The estimates with the number of the frame."""
+    if isinstance(found, Estimate):
+        return found.numbered(number)
+    return {target: estimate.numbered(number) for target, estimate in found.items()}
+
+
+def _state(found: Estimate | dict[int, Estimate]) -> str:
     """The score with the status, unless the target is simply tracked; that of a lost one says nothing."""
-    if estimate.status == "lost":
+    if isinstance(found, dict):
+        lost = sum(estimate.status == "lost" for estimate in found.values())
+        return f"{len(found)} targets" + (f", {lost} lost" if lost else "")
+    if found.status == "lost":
         return "lost"
-    status = "" if estimate.status == "tracked" else f" {estimate.status}"
-    return f"score={estimate.score:.2f}{status}"
+    status = "" if found.status == "tracked" else f" {found.status}"
+    return f"score={found.score:.2f}{status}"
 
 
 def to_dataframe(estimates: Iterable[Estimate]) -> pd.DataFrame:

@@ -13,6 +13,7 @@ from patchlock import _patchlock
 
 if TYPE_CHECKING:
     from PIL.Image import Image
+    from typing_extensions import Self
 
 # Pillow is optional, so its type is a string here, and a string does not support `|`.
 FrameLike: TypeAlias = Union[npt.NDArray[np.uint8], npt.NDArray[np.uint16], npt.NDArray[np.float32], "Image"]
@@ -28,7 +29,13 @@ ModelLike: TypeAlias = Union[
 
 
 class Box(NamedTuple):
-    """An upright box in pixels, counted from 0; may be fractional. Pixel centres are at whole numbers."""
+    """An upright box in pixels, counted from 0; may be fractional. Pixel centres are at whole numbers.
+
+    ```python
+    box = patchlock.Box.from_xyxy([30, 20, 70, 50])    # a row of detections, a list, a tuple
+    assert box.xywh == (30, 20, 40, 30) and box.iou((50, 20, 40, 30)) == 1 / 3
+    ```
+    """
 
     x: float
     """Column of the first pixel."""
@@ -39,6 +46,26 @@ class Box(NamedTuple):
     h: float
     """Height in pixels."""
 
+    @classmethod
+    def from_xywh(cls, numbers: BoxLike) -> Self:
+        """The box of any four numbers: left, top, width, height.
+
+        Raises:
+            TypeError: These are not numbers.
+            ValueError: These are not four numbers.
+        """
+        return cls(*_patchlock._box(numbers))
+
+    @classmethod
+    def from_xyxy(cls, numbers: BoxLike) -> Self:
+        """The box of any four numbers: left, top, right, bottom, as most detectors have them.
+
+        Raises:
+            TypeError: These are not numbers.
+            ValueError: These are not four numbers, or the right or bottom edge is before the other one.
+        """
+        return cls(*_patchlock._box(numbers, corners=True))
+
     @property
     def xywh(self) -> tuple[float, float, float, float]:
         """Left, top, width, height."""
@@ -48,6 +75,10 @@ class Box(NamedTuple):
     def xyxy(self) -> tuple[float, float, float, float]:
         """Left, top, right, bottom; the right and bottom edges are `x + w` and `y + h`."""
         return self.x, self.y, self.x + self.w, self.y + self.h
+
+    def iou(self, other: BoxLike) -> float:
+        """Intersection over union with another box, 0 to 1; of any four numbers x, y, w, h."""
+        return _patchlock._iou(self, other)
 
     def __str__(self) -> str:
         """For reading: two digits after the point, while `repr` has all of them."""

@@ -99,6 +99,8 @@ pub struct Track {
     clip_frames: Option<usize>,
     /// Seconds from the first frame of the source, by frame.
     times: BTreeMap<usize, f64>,
+    /// Milliseconds that the tracker took, by frame.
+    ms: BTreeMap<usize, f64>,
     about: BTreeMap<u64, About>,
     declared: BTreeMap<String, Vec<Attribute>>,
 }
@@ -130,26 +132,32 @@ struct Row {
     frame_w: Option<usize>,
     frame_h: Option<usize>,
     time: Option<f64>,
+    ms: Option<f64>,
 }
 
-/// An entry and, if the table has them, size and time of its frame.
+/// An entry and, if the table has them, size and time of its frame, and what the tracker took for it.
 #[derive(Deserialize)]
 #[serde(try_from = "Row")]
 struct Line {
     entry: Entry,
     size: Option<(usize, usize)>,
     time: Option<f64>,
+    ms: Option<f64>,
 }
 
 impl TryFrom<Row> for Line {
     type Error = &'static str;
 
     fn try_from(row: Row) -> Result<Self, Self::Error> {
-        let (size, time) = (row.frame_w.zip(row.frame_h), row.time);
-        if time.is_some_and(|time| !(0.0..=1e9).contains(&time)) {
+        let (size, time, ms) = (row.frame_w.zip(row.frame_h), row.time, row.ms);
+        let is_wrong = |number: f64| !(0.0..=1e9).contains(&number);
+        if time.is_some_and(is_wrong) {
             return Err("the time is not a number of seconds; allowed: 0 to 1e9");
         }
-        Ok(Self { entry: row.try_into()?, size, time })
+        if ms.is_some_and(is_wrong) {
+            return Err("ms is not a number of milliseconds; allowed: 0 to 1e9");
+        }
+        Ok(Self { entry: row.try_into()?, size, time, ms })
     }
 }
 
@@ -211,6 +219,7 @@ impl Track {
                 size: None,
                 clip_frames: None,
                 times: BTreeMap::new(),
+                ms: BTreeMap::new(),
                 about: BTreeMap::new(),
                 declared: BTreeMap::new(),
             }),
@@ -239,14 +248,20 @@ impl Track {
         };
         let size = one_size(lines.iter().map(|line| line.size), path)?;
         let times = lines.iter().filter_map(|line| Some((line.entry.frame, line.time?))).collect();
+        let ms = lines.iter().filter_map(|line| Some((line.entry.frame, line.ms?))).collect();
         let entries = lines.into_iter().map(|line| line.entry).collect();
-        Ok(Self { size, times, ..Self::new(entries)? })
+        Ok(Self { size, times, ms, ..Self::new(entries)? })
     }
 
     /// Seconds from the first frame of the source to this one; by 30 frames per second if the file
     /// has no times.
     pub(super) fn time(&self, frame: usize) -> f64 {
         self.times.get(&frame).copied().unwrap_or(frame as f64 / DEFAULT_RATE)
+    }
+
+    /// Milliseconds that the tracker took for a frame, all targets together, if the file has them.
+    pub fn ms(&self, frame: usize) -> Option<f64> {
+        self.ms.get(&frame).copied()
     }
 
     /// Width and height of the frames in pixels, if the file has them.
@@ -440,7 +455,7 @@ mod tests {
             read("a.csv", "frame,x,y,w,h,score\n4,10.5,0,30,20,0.5\n2,9,1,30,20,1\n").unwrap();
         assert_eq!(csv.frames().into_iter().collect::<Vec<_>>(), [2, 4]);
         let jsonl = "{\"frame\":2,\"x\":9,\"y\":1,\"w\":30,\"h\":20,\"score\":1.0}\n\
-                     {\"frame\":4,\"x\":10.5,\"y\":0,\"w\":30,\"h\":20,\"score\":0.5,\"ms\":3}\n";
+                     {\"frame\":4,\"x\":10.5,\"y\":0,\"w\":30,\"h\":20,\"score\":0.5,\"note\":3}\n";
         assert_eq!(read("a.jsonl", jsonl).unwrap(), csv);
         let txt = read("a.txt", "10,2,30,20\nNaN,NaN,NaN,NaN\n11.5,1,30,20\n").unwrap();
         let boxes =
@@ -498,6 +513,15 @@ mod tests {
             let error = read("a.csv", &csv.replace("0.25", wrong)).unwrap_err();
             assert!(error.contains("line 3: the time is not a number of seconds"), "{error}");
         }
+    }
+
+    #[test]
+    fn the_milliseconds_of_the_frames_are_read() {
+        let csv = "frame,x,y,w,h,ms\n0,1,2,3,4,1.5\n3,1,2,3,4,\n";
+        let track = read("a.csv", csv).unwrap();
+        assert_eq!([0, 3].map(|frame| track.ms(frame)), [Some(1.5), None]);
+        let error = read("a.csv", &csv.replace("1.5", "nan")).unwrap_err();
+        assert!(error.contains("line 2: ms is not a number of milliseconds"), "{error}");
     }
 
     #[test]

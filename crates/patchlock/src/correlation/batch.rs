@@ -64,6 +64,7 @@ impl Mask {
     }
 
     /// Whether there is no cell.
+    #[cfg(feature = "internals")]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }

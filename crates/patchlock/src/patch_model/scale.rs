@@ -139,6 +139,7 @@ impl Scale {
     }
 
     /// The dictionary.
+    #[cfg(feature = "internals")]
     pub fn dictionary(&self) -> &Dictionary {
         &self.dictionary
     }

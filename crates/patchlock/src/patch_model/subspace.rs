@@ -75,6 +75,7 @@ impl Subspace {
     }
 
     /// The singular values in descending order.
+    #[cfg(feature = "internals")]
     pub fn values(&self) -> &[f64] {
         &self.values
     }

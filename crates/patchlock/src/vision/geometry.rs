@@ -26,6 +26,27 @@ pub struct BoundingBox {
     pub h: f64,
 }
 
+/// Left, top, width, height in pixels.
+///
+/// ```
+/// use patchlock::BoundingBox;
+///
+/// let bbox = BoundingBox::from([120.0, 80.0, 64.0, 48.0]);
+/// assert_eq!((bbox.x, bbox.y, bbox.w, bbox.h), (120.0, 80.0, 64.0, 48.0));
+/// ```
+impl From<[f64; 4]> for BoundingBox {
+    fn from([x, y, w, h]: [f64; 4]) -> Self {
+        Self { x, y, w, h }
+    }
+}
+
+/// Left, top, width, height in pixels.
+impl From<(f64, f64, f64, f64)> for BoundingBox {
+    fn from((x, y, w, h): (f64, f64, f64, f64)) -> Self {
+        Self { x, y, w, h }
+    }
+}
+
 impl BoundingBox {
     /// The box of `w` by `h` pixels around a centre.
     pub fn around(centre: Point, w: f64, h: f64) -> Self {

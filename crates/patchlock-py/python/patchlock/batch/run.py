@@ -34,7 +34,7 @@ def run(
     address: str | None = None,
     jobs: int | None = None,
     threads: int = 1,
-    config: Config | str | None = None,
+    config: Config | None = None,
     preset: str | None = None,
     model: Network | ModelLike | None = None,
     runtime: str | os.PathLike[str] | None = None,
@@ -59,7 +59,7 @@ def run(
         address: The Ray cluster, such as `"10.0.0.1:6379"`; `None` for the cluster of this machine.
         jobs: Number of parallel runs on this machine; `None` for one per `threads` cores.
         threads: Threads of each run. 1 gives the most frames per second over all clips.
-        config: A `patchlock.Config`, or the name of a preset; `None` for the preset `robust`.
+        config: A `patchlock.Config`; `None` for the preset `robust`.
         preset: The name of a preset, instead of `config`.
         model: The network of the preset `network`, as for `patchlock.Tracker`. Runs load it from its path,
             so it must be one folder or file, under the same path on all machines.

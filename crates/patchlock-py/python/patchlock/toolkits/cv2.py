@@ -14,10 +14,9 @@ OpenCV itself is not required.
 from __future__ import annotations
 
 import math
-from copy import copy
 from typing import TYPE_CHECKING, Any
 
-from patchlock._patchlock import Config, Estimate, Tracker
+from patchlock._patchlock import Estimate, Tracker, _checked_config
 
 if TYPE_CHECKING:
     from typing import TypeAlias
@@ -25,6 +24,7 @@ if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
+    from patchlock._patchlock import Config
     from patchlock._types import BoxLike
 
     _Box: TypeAlias = tuple[int, int, int, int] | tuple[float, float, float, float]
@@ -43,7 +43,8 @@ class TrackerPatchlock:
     image, and it raises `ValueError` or `TypeError` for invalid input instead of crashing.
 
     Args:
-        config: The name of a preset, or a `patchlock.Config`.
+        config: A `patchlock.Config`; `None` for the preset `robust`.
+        preset: The name of a preset, instead of `config`.
         min_score: `update` returns `ok` as true if the score is at least this, 0 to 1, and the target is not
             lost. With the method `paper` the score is the visible share of the target; its typical value
             differs between targets.
@@ -57,15 +58,16 @@ class TrackerPatchlock:
 
     def __init__(
         self,
-        config: Config | str = "robust",
+        config: Config | None = None,
         *,
+        preset: str | None = None,
         min_score: float = 0.1,
         exact: bool = False,
         threads: int | None = None,
     ) -> None:
         if not 0 <= min_score <= 1:
             raise ValueError(f"min_score is {min_score}; allowed: 0 to 1")
-        self._settings = Config(config) if isinstance(config, str) else copy(config)
+        self._settings = _checked_config(config, preset, None, None)
         self._threads = threads
         self._tracker: Tracker | None = None
         self._min_score = min_score

@@ -12,15 +12,15 @@ experiment.report(["Patchlock"])
 
 from __future__ import annotations
 
-from copy import copy
 from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
-from patchlock._patchlock import Config, Estimate, Tracker
+from patchlock._patchlock import Estimate, Tracker, _checked_config
 
 if TYPE_CHECKING:
+    from patchlock._patchlock import Config
     from patchlock._types import BoxLike, FrameLike
 
 try:
@@ -40,7 +40,8 @@ class PatchlockTracker(_Got10kTracker):  # type: ignore[misc]  # got10k has no t
     For several seeds, make one tracker per seed, each with its own `name`.
 
     Args:
-        config: The name of a preset, or a `patchlock.Config`.
+        config: A `patchlock.Config`; `None` for the preset `robust`.
+        preset: The name of a preset, instead of `config`.
         name: Name of the results folder.
         origin: Coordinate of the first pixel in the dataset. OTB, GOT-10k and most others count from 1, and
             the toolkit passes their boxes on unchanged.
@@ -49,14 +50,15 @@ class PatchlockTracker(_Got10kTracker):  # type: ignore[misc]  # got10k has no t
 
     def __init__(
         self,
-        config: Config | str = "robust",
+        config: Config | None = None,
         *,
+        preset: str | None = None,
         name: str = "Patchlock",
         origin: float = 1,
         threads: int | None = None,
     ) -> None:
         super().__init__(name=name, is_deterministic=True)
-        self._settings = Config(config) if isinstance(config, str) else copy(config)
+        self._settings = _checked_config(config, preset, None, None)
         self._threads = threads
         self._tracker: Tracker | None = None
         self._origin = origin

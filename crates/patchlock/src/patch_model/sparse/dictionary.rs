@@ -66,6 +66,7 @@ impl Dictionary {
 
     /// A dictionary of the atoms in `atoms`, stored one after the other, `dim` samples each. It
     /// keeps its products.
+    #[cfg(feature = "internals")]
     pub fn new(dim: usize, locations: usize, atoms: Vec<f32>) -> Self {
         let mut dictionary = Self::empty(true);
         dictionary.fill(dim, locations, |out| *out = atoms, &mut DictionaryScratch::default());
@@ -99,6 +100,7 @@ impl Dictionary {
     }
 
     /// The same dictionary without its products.
+    #[cfg(feature = "internals")]
     pub fn without_products(&self) -> Self {
         Self { products: None, ..self.clone() }
     }

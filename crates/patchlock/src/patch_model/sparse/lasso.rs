@@ -39,11 +39,13 @@ pub struct Reconstruction {
 
 impl Reconstruction {
     /// `q`, one coefficient per column of the basis.
+    #[cfg(feature = "internals")]
     pub fn coefficients(&self) -> &[f64] {
         &self.coefficients
     }
 
     /// `e`, one value per sample.
+    #[cfg(feature = "internals")]
     pub fn error(&self) -> &[f64] {
         &self.error
     }

@@ -335,6 +335,7 @@ pub fn solve_each(
 impl SolverScratch {
     /// Working memory of a solver that uses these instructions, whatever the environment variable
     /// says.
+    #[cfg(feature = "internals")]
     pub fn with(instructions: Instructions) -> Self {
         Self { instructions, ..Self::default() }
     }

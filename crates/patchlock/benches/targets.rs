@@ -1,8 +1,8 @@
 //! The cost of tracking many targets on the rendered demo scene, on all cores.
 //!
 //! ```sh
-//! cargo run --release -p patchlock --example targets -- robust 1 2 4 8 16 32 64
-//! cargo run --release -p patchlock --example targets -- robust --separate 1 2 4 8  # a Tracker per target
+//! cargo bench -p patchlock --bench targets -- robust 1 2 4 8 16 32 64
+//! cargo bench -p patchlock --bench targets -- robust --separate 1 2 4 8  # a Tracker per target
 //! ```
 //!
 //! For each number of targets it prints the median wall-clock time per frame and per target, the
@@ -25,14 +25,17 @@ type Cost = [f64; 2];
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut separate = false;
     let mut counts = Vec::new();
-    let mut words = std::env::args().skip(1);
-    let preset = words.next().ok_or("usage: targets PRESET [--separate] NUMBER...")?;
-    let preset: Preset = preset.parse()?;
+    // Cargo passes `--bench`.
+    let mut words = std::env::args().skip(1).filter(|word| word != "--bench");
+    let preset: Preset = words.next().map_or(Ok(Preset::Robust), |preset| preset.parse())?;
     for word in words {
         match word.as_str() {
             "--separate" => separate = true,
             word => counts.push(word.parse::<usize>()?),
         }
+    }
+    if counts.is_empty() {
+        counts = vec![1, 2, 4, 8, 16];
     }
     let scene = Scene::demo();
     let frames: Vec<SceneFrame> = (0..FRAMES + 2).map(|k| scene.frame(k)).collect();

@@ -1,7 +1,7 @@
 //! How the cost of a frame grows with the size of the frame and of the target, on one thread.
 //!
 //! ```sh
-//! cargo run --release -p patchlock --example sizes -- robust
+//! cargo bench -p patchlock --bench sizes -- robust
 //! ```
 //!
 //! The frames are views of one random texture, displaced a little from frame to frame, so that the
@@ -23,8 +23,9 @@ const FRAMES: usize = 200;
 const WARM_UP: usize = 20;
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let preset = std::env::args().nth(1).ok_or("usage: sizes PRESET")?;
-    let preset: Preset = preset.parse()?;
+    // Cargo passes an option of its own.
+    let preset = std::env::args().skip(1).find(|word| !word.starts_with("--"));
+    let preset: Preset = preset.map_or(Ok(Preset::Robust), |preset| preset.parse())?;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
     let tables = pool.install(|| -> Result<(), patchlock::Error> {
         println!("| frame | median ms | slowest ms | MB |\n|---|---|---|---|");
