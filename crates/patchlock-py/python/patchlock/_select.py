@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import getpass
 import os
 import socket
 import sys
@@ -96,7 +95,8 @@ def _tunnel(here: str) -> str:
     port = urlsplit(here).port
     connection = os.environ.get("SSH_CONNECTION", "").split()
     host = connection[2] if len(connection) > 2 else socket.gethostname()
-    command = f"ssh -N -L {port}:localhost:{port} {getpass.getuser()}@{host}"
+    # A user of a container may have no name.
+    command = f"ssh -N -L {port}:localhost:{port} {os.environ.get('USER', 'USER')}@{host}"
     return f"Run there: {command}; then open {here}. Or give the address at which a proxy serves the page."
 
 

@@ -65,7 +65,9 @@ pub fn beside(video: &Path, is_taken: impl Fn(&Path) -> bool) -> PathBuf {
 /// the project of another of the same name, in whichever order they are opened.
 pub fn in_folder(folder: &Path, video: &Path, is_taken: impl Fn(&Path) -> bool) -> PathBuf {
     let real = video.canonicalize().unwrap_or_else(|_| video.to_path_buf());
-    let stem = if real.is_dir() { real.file_name() } else { real.file_stem() };
+    // `.` and `..` have no name of their own.
+    let named = if video.file_name().is_some() { video } else { real.as_path() };
+    let stem = if real.is_dir() { named.file_name() } else { named.file_stem() };
     let stem = stem.unwrap_or_default();
     let file = |end: &str| {
         let mut name = stem.to_owned();

@@ -23,7 +23,7 @@ pub struct Patience {
     /// For an answer, until the client takes the next bytes. All of it may take this and a second
     /// per KiB.
     pub answer: Duration,
-    /// For the page that [`Server::address_once`] leads to, until it asks for the token.
+    /// For the page that [`super::Server::address_once`] leads to, until it asks for the token.
     pub code: Duration,
 }
 

@@ -164,11 +164,6 @@ impl Window {
         self.shared.access.port()
     }
 
-    /// The token, which follows `#` in the address of the page.
-    pub fn token(&self) -> &str {
-        self.shared.access.token()
-    }
-
     /// The address of the page, with the token.
     pub fn address(&self) -> String {
         self.shared.access.address(false, self.shared.access.token())
