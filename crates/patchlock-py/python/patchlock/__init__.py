@@ -19,7 +19,7 @@ A value that is not allowed raises `ValueError`, a value of the wrong type `Type
 unchanged by a call that fails. """
 
 from patchlock import rerun
-from patchlock._export import export
+from patchlock._export import export, export_formats
 from patchlock._patchlock import (
     PRESETS,
     CommitteeObservation,
@@ -74,6 +74,7 @@ __all__ = [
     "Visibility",
     "__version__",
     "export",
+    "export_formats",
     "parameters",
     "select_box",
     "to_dataframe",
