@@ -1,5 +1,6 @@
-//! What a format is, and the list of all. A new format is a module with a `FORMAT`, and its line in
-//! [`Format::ALL`]: the program, the Python package and the studio take what they say from it.
+//! What a format is. A new one is a module with a `FORMAT`, and its lines in the module `export` and
+//! in its list [`Format::ALL`]: the program, the Python package and the studio take what they say from
+//! it.
 
 use std::collections::BTreeSet;
 use std::fmt;
@@ -7,7 +8,6 @@ use std::fmt;
 use patchlock::Status;
 
 use super::{Error, Item, Job, Track};
-use super::{coco, cvat, got10k, label_studio, lasot, mot, voc, yolo};
 
 /// An export format.
 #[derive(Clone, Copy)]
@@ -76,20 +76,6 @@ pub enum ImageUse {
 }
 
 impl Format {
-    /// All formats.
-    pub const ALL: [Self; 10] = [
-        mot::FORMAT,
-        coco::FORMAT,
-        cvat::FORMAT,
-        cvat::FORMAT_OBB,
-        yolo::FORMAT,
-        yolo::FORMAT_OBB,
-        voc::FORMAT,
-        label_studio::FORMAT,
-        lasot::FORMAT,
-        got10k::FORMAT,
-    ];
-
     /// The properties that most formats have.
     pub(super) const BASE: Self = Self {
         name: "",

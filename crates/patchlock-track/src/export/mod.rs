@@ -40,6 +40,22 @@ pub use key_frames::KeyFrames;
 pub use selection::{Counts, Selection};
 pub use track::{About, Entry, Said, Track};
 
+impl Format {
+    /// All formats.
+    pub const ALL: [Self; 10] = [
+        mot::FORMAT,
+        coco::FORMAT,
+        cvat::FORMAT,
+        cvat::FORMAT_OBB,
+        yolo::FORMAT,
+        yolo::FORMAT_OBB,
+        voc::FORMAT,
+        label_studio::FORMAT,
+        lasot::FORMAT,
+        got10k::FORMAT,
+    ];
+}
+
 /// Most lines of an export that has more than the track: a line for each frame of a target's
 /// stretch, with or without a box. A small file can claim very many.
 pub const MOST_LINES: usize = 5_000_000;
