@@ -13,6 +13,7 @@ mod format;
 mod frames;
 mod got10k;
 mod key_frames;
+mod kitti;
 mod label_studio;
 mod lasot;
 mod mot;
@@ -42,8 +43,9 @@ pub use track::{About, Entry, Said, Track};
 
 impl Format {
     /// All formats.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         mot::FORMAT,
+        kitti::FORMAT,
         coco::FORMAT,
         cvat::FORMAT,
         cvat::FORMAT_OBB,
