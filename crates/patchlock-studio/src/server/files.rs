@@ -144,7 +144,7 @@ pub async fn import_boxes(
     let content = Arriving::new(body, TABLE_BYTES, app.patience.body)?.whole().await?;
     let files = match format.has_files() {
         true => files_of(&content)?,
-        false => vec![import::File { name: String::new(), content: content.into() }],
+        false => vec![import::File { name: String::new(), content }],
     };
     let images = import::names_of(&clip.engine.video);
     let read = move |project: &Project| import::read_files(format, &files, project, &images);
