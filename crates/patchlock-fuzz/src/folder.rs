@@ -8,7 +8,7 @@ use std::sync::LazyLock;
 use arbitrary::{Arbitrary, Unstructured};
 use image::{DynamicImage, ImageFormat, RgbImage};
 use patchlock::BoundingBox;
-use patchlock_media::{Limits, image_file, open_without_ffmpeg};
+use patchlock_media::{image_file, open_without_ffmpeg};
 use patchlock_studio::export as studio_export;
 use patchlock_studio::project::{Edit, LABELS_FILE, Shared, Store};
 use patchlock_track::export::{self, Entry, Format, Track};
@@ -304,28 +304,16 @@ fn copied(folder: &Path, out: &Path) {
         };
         let track = Track::new((0..count).map(entry).collect()).expect("is a track");
         let options = export::Options {
-            format,
-            name: "clip".to_owned(),
-            label: "target".to_owned(),
-            labels: Vec::new(),
-            size: None,
             images: Some(folder.to_path_buf()),
-            follow_links: false,
-            key_frames: 1,
-            limits: Limits::default(),
+            ..export::Options::new(format, "clip")
         };
         accepted(export::write(&track, &options, out, false));
         belongs_to_the_folder(out);
     }
     let Some((clips, labels)) = accepted(studio_export::of_folder(folder)) else { return };
     for format in studio_export::Format::all().filter(|format| format.copies_frames()) {
-        let options = studio_export::Options {
-            format,
-            name: "clips".to_owned(),
-            frames: true,
-            key_frames: 1,
-            limits: Limits::default(),
-        };
+        let options =
+            studio_export::Options { frames: true, ..studio_export::Options::new(format, "clips") };
         accepted(studio_export::write_all(&clips, &labels, &options, None, out, &|| false));
         belongs_to_the_folder(out);
     }

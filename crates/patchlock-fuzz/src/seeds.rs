@@ -11,7 +11,7 @@ use patchlock::{
     BoundingBox, Frame, Method, MultiSnapshot, MultiTracker, PatchModelConfig, Preset, Snapshot,
     Status, Tracker, TrackerConfig,
 };
-use patchlock_media::{FrameRate, Limits, Mp4Writer};
+use patchlock_media::{FrameRate, Mp4Writer};
 use patchlock_studio::project::{Edit, Store};
 use patchlock_track::export::{self, Entry, Track};
 use serde::Serialize;
@@ -20,6 +20,11 @@ use serde_json::{Value, json};
 use crate::library::{pattern, small};
 use crate::scratch::Scratch;
 use crate::{MADE_UP, SEPARATOR, made_up_network};
+
+/// The export format of this name.
+fn format_named(name: &str) -> export::Format {
+    export::Format::named(name).unwrap()
+}
 
 /// The seeds of a surface; none for a name that is not one.
 pub fn seeds(surface: &str) -> Vec<Vec<u8>> {
@@ -268,17 +273,11 @@ fn imports() -> Vec<Vec<u8>> {
     let scratch = Scratch::new();
     let written = |format: export::Format| {
         let options = export::Options {
-            format,
-            name: "clip".to_owned(),
             label: "car".to_owned(),
-            labels: Vec::new(),
             size: Some((640, 480)),
-            images: None,
-            follow_links: false,
-            key_frames: 1,
-            limits: Limits::default(),
+            ..export::Options::new(format, "clip")
         };
-        let out = scratch.folder().join(format.name());
+        let out = scratch.folder().join(format.name);
         export::write(&track(), &options, &out, false).expect("can be written");
         fs::read_to_string(out).expect("is text")
     };
@@ -291,10 +290,10 @@ fn imports() -> Vec<Vec<u8>> {
     vec![
         joined(Some(0), &[own]),
         joined(Some(0), &[&lines]),
-        joined(Some(1), &[&written(export::Format::Mot)]),
+        joined(Some(1), &[&written(format_named("mot"))]),
         joined(Some(1), &[truth]),
-        joined(Some(2), &[&written(export::Format::Cvat)]),
-        joined(Some(3), &[&written(export::Format::Coco)]),
+        joined(Some(2), &[&written(format_named("cvat"))]),
+        joined(Some(3), &[&written(format_named("coco"))]),
     ]
 }
 

@@ -12,10 +12,10 @@ use patchlock_bench::results as read_results;
 use patchlock_bench::score::{self, TrackerScore};
 use patchlock_cli::target::Truth;
 use patchlock_cli::targets::Targets;
-use patchlock_media::{Limits, Picture};
+use patchlock_media::Picture;
 use patchlock_studio::project::{Project, Store, Target};
 use patchlock_studio::{export as studio_export, import};
-use patchlock_track::export::{self, Track};
+use patchlock_track::export::{self, KeyFrames, Track};
 use patchlock_track::text;
 use serde_json::json;
 
@@ -161,21 +161,19 @@ pub fn tracks(data: &[u8]) {
         return;
     }
     for (k, format) in export::Format::ALL.into_iter().enumerate() {
-        let key_frames = 1 + usize::from(first / 3) * usize::from(format.has_key_frames());
+        let key_frames = match (format.has_key_frames, first / 3) {
+            (false, _) => KeyFrames::Every(1),
+            (true, step @ 0..64) => KeyFrames::Every(1 + usize::from(step)),
+            (true, share) => KeyFrames::Overlap(f64::from(share) / 100.0),
+        };
         let options = export::Options {
-            labels: Vec::new(),
-            format,
-            name: "clip".to_owned(),
-            label: "target".to_owned(),
             size: Some((640, 480)),
-            images: None,
-            follow_links: false,
             key_frames,
-            limits: Limits::default(),
+            ..export::Options::new(format, "clip")
         };
         let out = scratch.folder().join(format!("out{k}"));
         if accepted(export::write(&track, &options, &out, false)).is_some() && format.is_file() {
-            readable(format.name(), &out);
+            readable(format.name, &out);
         }
     }
 }
@@ -184,7 +182,7 @@ pub fn tracks(data: &[u8]) {
 fn readable(format: &str, file: &Path) {
     if let Some(format) = import::Format::ALL.into_iter().find(|known| known.name() == format) {
         let text = fs::read(file).expect("was written");
-        accepted(import::read(format, &text, empty_project(&Scratch::new()).project()));
+        accepted(import::read(format, &text, empty_project(&Scratch::new()).project(), &[]));
     }
 }
 
@@ -195,7 +193,7 @@ pub fn imports(data: &[u8]) {
     let format = import::Format::ALL[usize::from(first) % import::Format::ALL.len()];
     let scratch = Scratch::new();
     let mut store = empty_project(&scratch);
-    let Some(imported) = accepted(import::read(format, rest, store.project())) else { return };
+    let Some(imported) = accepted(import::read(format, rest, store.project(), &[])) else { return };
     let edits = imported.edits(&store.project().labels);
     if accepted(store.apply(edits)).is_some() {
         store.project().targets.iter().for_each(boxes_of);
@@ -216,7 +214,7 @@ pub fn exported(project: &Project) {
         return;
     }
     if let Some(table) = accepted(studio_export::table(project)) {
-        let again = import::read(import::Format::Csv, table.as_bytes(), project);
+        let again = import::read(import::Format::Csv, table.as_bytes(), project, &[]);
         let again = again.expect("the own table can be read").targets;
         let with_boxes = |t: &&Target| !t.keys.is_empty() || !t.tracked.is_empty();
         let mut own: Vec<&Target> = project.targets.iter().filter(with_boxes).collect();
@@ -229,13 +227,7 @@ pub fn exported(project: &Project) {
     }
     let scratch = Scratch::new();
     for (k, format) in studio_export::Format::all().enumerate() {
-        let options = studio_export::Options {
-            format,
-            name: "clip".to_owned(),
-            frames: false,
-            key_frames: 1,
-            limits: Limits::default(),
-        };
+        let options = studio_export::Options::new(format, "clip");
         let out = scratch.folder().join(format!("out{k}"));
         accepted(studio_export::write(project, Path::new("clip.mp4"), &options, &out, false));
     }

@@ -3,9 +3,10 @@
 use std::path::PathBuf;
 
 use patchlock::BoundingBox;
-use patchlock_media::Limits;
-use patchlock_track::export::{Entry, Format, Options, Track, write};
-use pyo3::exceptions::{PyOSError, PyValueError};
+use patchlock_track::export::{
+    Entry, Format, KeyFrames, Options, Selection, Track, Written, write,
+};
+use pyo3::exceptions::{PyOSError, PyUserWarning, PyValueError};
 use pyo3::prelude::*;
 
 use crate::advice;
@@ -21,6 +22,52 @@ pub enum Source {
     File(PathBuf),
 }
 
+/// One status, or several with commas between them or as a list.
+#[derive(FromPyObject)]
+pub enum Statuses {
+    Text(String),
+    List(Vec<String>),
+}
+
+/// The choice of boxes and of key frames.
+pub fn choice(
+    status: Option<Statuses>,
+    min_score: Option<f64>,
+    every: usize,
+    key_frames: f64,
+) -> Result<(Selection, KeyFrames), patchlock_track::Error> {
+    let text = status.map(|status| match status {
+        Statuses::Text(text) => text,
+        Statuses::List(list) => list.join(","),
+    });
+    let status = text.as_deref().map(Selection::statuses).transpose()?;
+    Ok((Selection { status, min_score, every }, KeyFrames::of(key_frames)?))
+}
+
+/// Warns of boxes that are left out although the caller has not chosen the statuses.
+pub fn warn(py: Python<'_>, selection: &Selection, written: &Written) -> PyResult<()> {
+    let by_status: usize = written.boxes.left_by_status.iter().sum();
+    if selection.status.is_some() || by_status == 0 {
+        return Ok(());
+    }
+    let text = format!(
+        "{}. Give status to choose the boxes, such as status=\"tracked,uncertain\"",
+        written.boxes.remarks().join("; ")
+    );
+    warn_of(py, &text)
+}
+
+/// Warns the caller.
+pub fn warn_of(py: Python<'_>, text: &str) -> PyResult<()> {
+    PyErr::warn(py, &py.get_type::<PyUserWarning>(), &std::ffi::CString::new(text)?, 1)
+}
+
+/// The names of all formats, each with what it writes.
+#[pyfunction]
+pub fn _export_formats() -> Vec<(&'static str, &'static str)> {
+    Format::ALL.iter().map(|format| (format.name, format.content)).collect()
+}
+
 /// Writes a track in another format; returns the number of files written.
 #[pyfunction]
 #[pyo3(name = "_export")]
@@ -34,15 +81,17 @@ pub fn export(
     images: Option<PathBuf>,
     label: String,
     name: String,
-    key_frames: usize,
+    status: Option<Statuses>,
+    min_score: Option<f64>,
+    every: usize,
+    key_frames: f64,
     overwrite: bool,
 ) -> PyResult<usize> {
     let format = Format::named(format).map_err(|error| to_python(&error))?;
-    let limits = Limits::default();
-    let follow_links = false;
-    let labels = Vec::new();
+    let (selection, key_frames) =
+        choice(status, min_score, every, key_frames).map_err(|error| to_python(&error))?;
     let options =
-        Options { format, name, label, labels, size, images, follow_links, key_frames, limits };
+        Options { label, size, images, selection, key_frames, ..Options::new(format, name) };
     let track = match track {
         Source::File(path) => Err(path),
         Source::Rows(rows) => Ok(rows.into_iter().map(entry).collect::<PyResult<Vec<_>>>()?),
@@ -54,7 +103,9 @@ pub fn export(
         };
         write(&track?, &options, &out, overwrite)
     });
-    written.map_err(|error| to_python(&error))
+    let written = written.map_err(|error| to_python(&error))?;
+    warn(py, &options.selection, &written)?;
+    Ok(written.files)
 }
 
 fn entry((frame, id, [x, y, w, h], score, corners, status): Row) -> PyResult<Entry> {

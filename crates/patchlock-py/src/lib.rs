@@ -62,6 +62,7 @@ fn _patchlock(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(config::checked_config, module)?)?;
     module.add_function(wrap_pyfunction!(network::restore_network, module)?)?;
     module.add_function(wrap_pyfunction!(export::export, module)?)?;
+    module.add_function(wrap_pyfunction!(export::_export_formats, module)?)?;
     module.add_function(wrap_pyfunction!(select::select_boxes, module)?)?;
     module.add_function(wrap_pyfunction!(config::parameters, module)?)?;
     module.add_class::<batch::Store>()?;

@@ -1,7 +1,7 @@
 //! The Python class `Project`: annotations of a video, as `patchlock studio` writes them.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use patchlock_media::Limits;
 use patchlock_studio::export::{self, Format, Options};
@@ -15,6 +15,7 @@ use pyo3::types::PyDict;
 
 use crate::advice;
 use crate::estimate::{Estimate, box_tuple, to_box};
+use crate::export::{Statuses, choice, warn, warn_of};
 
 /// The annotations of a video, in a file as `patchlock studio` writes it.
 ///
@@ -276,9 +277,11 @@ impl Project {
 
     /// Adds the targets of a file of another tool, or of a table.
     ///
+    /// A warning says what was left out, and how images were matched with frames if not by their names.
+    ///
     /// Args:
-    ///     file: The file to read.
-    ///     format: `"csv"` (also JSON lines), `"mot"`, `"cvat"` or `"coco"`.
+    ///     file: The file to read; for yolo and voc the folder of the files, which may be in folders of it.
+    ///     format: `"csv"` (also JSON lines), `"mot"`, `"cvat"`, `"coco"`, `"label-studio"`, `"yolo"` or `"voc"`.
     ///
     /// Returns:
     ///     The ids of the new targets.
@@ -291,11 +294,17 @@ impl Project {
         let first = self.store.project().next_id;
         let store = &mut self.store;
         let imported = py.detach(|| {
-            let text = files::read(&file).map_err(|source| Error::Read { path: file, source })?;
-            let imported = import::read(format, &text, store.project())?;
-            store.apply(imported.edits(&store.project().labels))
+            let files = read_files(&file)?;
+            let images = store.video_to_read().map(import::names_of).unwrap_or_default();
+            let imported = import::read_files(format, &files, store.project(), &images)?;
+            let notes = imported.notes.join(". ");
+            store.apply(imported.edits(&store.project().labels))?;
+            Ok(notes)
         });
-        imported.map_err(to_python)?;
+        let notes = imported.map_err(to_python)?;
+        if !notes.is_empty() {
+            warn_of(py, &notes)?;
+        }
         Ok((first..self.store.project().next_id).collect())
     }
 
@@ -308,6 +317,9 @@ impl Project {
     ///     out: The file or folder to create. A folder must be empty or not exist yet.
     ///     frames: Copy the frames into formats that include them.
     ///     name: Name of the video; `None` for that of its file.
+    ///     status: As in `patchlock.export`.
+    ///     min_score: As in `patchlock.export`.
+    ///     every: As in `patchlock.export`.
     ///     key_frames: As in `patchlock.export`.
     ///     overwrite: Replace an existing file. A folder that is not empty is never replaced.
     ///
@@ -318,7 +330,10 @@ impl Project {
     ///     ValueError: There are no boxes, there is no such format, `out` exists, or frames are needed of a
     ///         video that only the project file names, and not in its folder.
     ///     OSError: A file can't be read or written.
-    #[pyo3(signature = (format, out, *, frames = false, name = None, key_frames = 1, overwrite = false))]
+    #[pyo3(signature = (
+        format, out, *, frames = false, name = None, status = None, min_score = None, every = 1, key_frames = 1.0,
+        overwrite = false
+    ))]
     #[expect(clippy::too_many_arguments, reason = "Python calls it with keywords")]
     fn export(
         &self,
@@ -327,21 +342,29 @@ impl Project {
         out: PathBuf,
         frames: bool,
         name: Option<String>,
-        key_frames: usize,
+        status: Option<Statuses>,
+        min_score: Option<f64>,
+        every: usize,
+        key_frames: f64,
         overwrite: bool,
     ) -> PyResult<usize> {
         let format = Format::named(format).map_err(to_python)?;
         let stem =
             || self.store.video().file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let (name, limits) = (name.unwrap_or_else(stem), self.store.limits());
-        let options = Options { format, name, frames, key_frames, limits };
+        let (selection, key_frames) = choice(status, min_score, every, key_frames)
+            .map_err(|error| to_python(error.into()))?;
+        let options =
+            Options { frames, selection, key_frames, limits, ..Options::new(format, name) };
         let video = match options.reads(self.store.video()) {
             true => self.store.video_to_read().map_err(to_python)?,
             false => self.store.video(),
         };
         let project = self.store.project();
         let written = py.detach(|| export::write(project, video, &options, &out, overwrite));
-        written.map_err(to_python)
+        let written = written.map_err(to_python)?;
+        warn(py, &options.selection, &written)?;
+        Ok(written.files)
     }
 
     /// Writes the file, whole or not at all.
@@ -369,6 +392,30 @@ impl Project {
     fn apply(&mut self, edits: Vec<Edit>) -> PyResult<()> {
         self.store.apply(edits).map(drop).map_err(to_python)
     }
+}
+
+/// A file; of a folder, the texts and XML files in it and in the folders below.
+fn read_files(path: &Path) -> Result<Vec<import::File>, Error> {
+    let read = |path: &Path| -> Result<import::File, Error> {
+        let content = files::read(path);
+        let content = content.map_err(|source| Error::Read { path: path.to_path_buf(), source })?;
+        Ok(import::File { name: path.to_string_lossy().into_owned(), content })
+    };
+    if !path.is_dir() {
+        return Ok(vec![read(path)?]);
+    }
+    let (mut found, mut folders) = (Vec::new(), vec![path.to_path_buf()]);
+    while let Some(folder) = folders.pop() {
+        for entry in files::entries(&folder)? {
+            let is_text = ["txt", "xml", "yaml", "yml", "names"];
+            if entry.is_dir() && !entry.is_symlink() {
+                folders.push(entry); // a link may lead back to a folder that was seen
+            } else if is_text.iter().any(|ending| files::ends_with(&entry, ending)) {
+                found.push(read(&entry)?);
+            }
+        }
+    }
+    Ok(found)
 }
 
 /// What the file system refuses becomes `OSError`, all else `ValueError`.

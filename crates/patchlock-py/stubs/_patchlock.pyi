@@ -405,16 +405,21 @@ class Project:
     def undo(self) -> bool: ...
     def redo(self) -> bool: ...
     def import_file(
-        self, file: str | os.PathLike[str], format: Literal["csv", "mot", "cvat", "coco"]
+        self,
+        file: str | os.PathLike[str],
+        format: Literal["csv", "mot", "cvat", "coco", "label-studio", "yolo", "voc"],
     ) -> list[int]: ...
     def export(
         self,
-        format: Literal["csv", "mot", "coco", "cvat", "yolo", "voc", "label-studio", "lasot", "got10k"],
+        format: str,
         out: str | os.PathLike[str],
         *,
         frames: bool = False,
         name: str | None = None,
-        key_frames: int = 1,
+        status: str | Sequence[str] | None = None,
+        min_score: float | None = None,
+        every: int = 1,
+        key_frames: float = 1,
         overwrite: bool = False,
     ) -> int: ...
     def save(self) -> None: ...
@@ -514,9 +519,13 @@ def _export(
     images: str | os.PathLike[str] | None,
     label: str,
     name: str,
-    key_frames: int,
+    status: str | Sequence[str] | None,
+    min_score: float | None,
+    every: int,
+    key_frames: float,
     overwrite: bool,
 ) -> int: ...
+def _export_formats() -> list[tuple[str, str]]: ...
 
 def _checked_config(
     config: Config | None,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import warnings
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -142,7 +143,7 @@ def test_the_status_is_exported(tmp_path):
     patchlock.export(track, "mot", tmp_path / "a.txt")
     confidence = [line.split(",")[6] for line in (tmp_path / "a.txt").read_text().splitlines()]
     assert confidence == ["1.0000", "0.0000", "1.0000"]
-    patchlock.export(track, "coco", tmp_path / "a.json", size=SIZE)
+    patchlock.export(track, "coco", tmp_path / "a.json", size=SIZE, status=statuses)
     annotations = json.loads((tmp_path / "a.json").read_text())["annotations"]
     assert [annotation["attributes"]["status"] for annotation in annotations] == statuses
     # A table has the same.
@@ -150,6 +151,47 @@ def test_the_status_is_exported(tmp_path):
     patchlock.to_dataframe(track).to_csv(table)
     patchlock.export(table, "mot", tmp_path / "b.txt")
     assert (tmp_path / "b.txt").read_text() == (tmp_path / "a.txt").read_text()
+
+
+def test_boxes_are_chosen_and_what_is_left_out_by_default_is_a_warning(tmp_path):
+    statuses = ["tracked", "lost", "uncertain", "tracked", "tracked"]
+    track = [estimate(k, (10 + k, 20, 30, 40), status) for k, status in enumerate(statuses)]
+
+    def frames(name: str, **options) -> list[str]:
+        patchlock.export(track, "yolo", tmp_path / name, size=SIZE, **options)
+        return sorted(file.stem[-1] for file in (tmp_path / name / "labels/train").iterdir())
+
+    with pytest.warns(UserWarning, match="left out 2 of 5 boxes: 1 uncertain, 1 lost. Give status") as said:
+        assert frames("a") == ["0", "3", "4"]
+    assert said[0].filename.endswith("test_export.py")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert frames("b", status="tracked") == ["0", "3", "4"]
+        assert frames("c", status=["tracked", "uncertain"]) == ["0", "2", "3", "4"]
+        assert frames("d", status="tracked,uncertain", every=2) == ["0", "2", "4"]
+        assert frames("e", status="tracked", min_score=1) == ["0", "3", "4"]
+        patchlock.export(track, "mot", tmp_path / "f.txt")
+    with pytest.raises(ValueError, match="there is no status 'gone'|there is no status \"gone\""):
+        frames("x", status="gone")
+    with pytest.raises(ValueError, match="the least score is 2"):
+        frames("x", min_score=2)
+
+
+def test_few_key_frames_keep_the_overlap(tmp_path):
+    track = [estimate(k, (10 + 3 * k, 20, 30, 40)) for k in range(20)]
+    patchlock.export(track, "cvat", tmp_path / "a.xml", size=SIZE, key_frames=0.9)
+    boxes = ElementTree.parse(tmp_path / "a.xml").getroot().findall("track/box")
+    assert [box.get("frame") for box in boxes] == ["0", "19"]
+    patchlock.export(track, "cvat", tmp_path / "b.xml", size=SIZE, key_frames=5)
+    assert len(ElementTree.parse(tmp_path / "b.xml").getroot().findall("track/box")) == 5
+    with pytest.raises(ValueError, match="1.5 cannot be the number for key frames"):
+        patchlock.export(track, "cvat", tmp_path / "c.xml", size=SIZE, key_frames=1.5)
+
+
+def test_the_formats_are_listed():
+    formats = patchlock.export_formats()
+    assert {*FORMATS, "cvat-obb", "label-studio"} <= set(formats)
+    assert all(content for content in formats.values())
 
 
 # ---- read back by others

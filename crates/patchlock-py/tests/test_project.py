@@ -121,6 +121,9 @@ def test_projects_are_exported_and_files_imported(project: patchlock.Project, tm
     assert json.loads((tmp_path / "out.coco").read_text())["videos"][0]["name"] == "frames"
     project.export("yolo", tmp_path / "yolo", frames=True)
     assert len(list((tmp_path / "yolo" / "images" / "train").iterdir())) == 10
+    # Boxes of images are targets of their own.
+    new = project.import_file(tmp_path / "yolo", "yolo")
+    assert [list(project.boxes(each)) for each in new] == [[k] for k in range(10)]
 
 
 def test_what_is_wrong_is_said(project: patchlock.Project, tmp_path: Path, video: Path):
@@ -137,7 +140,7 @@ def test_what_is_wrong_is_said(project: patchlock.Project, tmp_path: Path, video
     with pytest.raises(KeyError, match="no target 7"):
         project.keys(7)
     with pytest.raises(ValueError, match="there is no format"):
-        project.export("xls", tmp_path / "x")  # type: ignore[arg-type]
+        project.export("xls", tmp_path / "x")
     with pytest.raises(ValueError, match="cannot import"):
         project.import_file(video / "0000.png", "csv")
     with pytest.raises(OSError, match="cannot read"):
@@ -159,7 +162,7 @@ def test_a_video_that_only_the_file_names_is_read_in_its_folder_only(tmp_path: P
     opened = patchlock.Project(path)
     for format in ("yolo", "voc", "lasot", "got10k", "coco"):
         with pytest.raises(ValueError, match="names a video outside its folder.*video="):
-            opened.export(format, tmp_path / "out", frames=True)  # type: ignore[arg-type]
+            opened.export(format, tmp_path / "out", frames=True)
         assert not (tmp_path / "out").exists()
     assert "outside its folder" in str(opened.changed)
     opened.export("yolo", tmp_path / "boxes")

@@ -1,18 +1,22 @@
 //! Writes a project, or all projects of a folder, in the formats of other tools; and a project as a
 //! table.
 
-use std::borrow::Cow;
-use std::collections::{BTreeMap, BTreeSet};
+mod table;
+
+use std::collections::BTreeMap;
+use std::fs;
 use std::path::{Path, PathBuf};
-use std::{fs, io};
 
 use patchlock::{BoundingBox, Status};
 use patchlock_media::Limits;
-use patchlock_track::export::{self, About, Clip, Entry, Part, Said, Track};
-use patchlock_track::text::as_cell;
-use serde::Serialize;
+use patchlock_track::export::{
+    self, About, Clip, Entry, ImageUse, KeyFrames, Part, Said, Selection, Track, Written,
+};
 
 use crate::project::{Changes, Error, Label, PLACEHOLDER, Project, Shared, Store, Target, file};
+
+pub(crate) use table::ATTRIBUTE;
+pub use table::table;
 
 /// A format that a project can be written in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -29,13 +33,23 @@ impl Format {
     pub fn name(self) -> &'static str {
         match self {
             Self::Csv => "csv",
-            Self::Other(format) => format.name(),
+            Self::Other(format) => format.name,
+        }
+    }
+
+    /// The name for people, and what is written.
+    pub fn in_words(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Csv => {
+                ("Patchlock table", "one line per frame and target, with score and status")
+            }
+            Self::Other(format) => (format.title, format.content),
         }
     }
 
     /// All formats. Projects have no rotated boxes.
     pub fn all() -> impl Iterator<Item = Self> {
-        let upright = |format: &export::Format| !format.is_rotated();
+        let upright = |format: &export::Format| !format.is_rotated;
         let others = export::Format::ALL.into_iter().filter(upright);
         [Self::Csv].into_iter().chain(others.map(Self::Other))
     }
@@ -58,11 +72,26 @@ impl Format {
         matches!(self, Self::Other(format) if format.copies_frames())
     }
 
+    /// The ending of the file, without a dot; `None` for a folder.
+    pub fn ending(self) -> Option<&'static str> {
+        match self {
+            Self::Csv => Some("csv"),
+            Self::Other(format) => format.ending(),
+        }
+    }
+
     /// Whether the format is a single file, as opposed to a folder.
     pub fn is_file(self) -> bool {
-        match self {
-            Self::Csv => true,
-            Self::Other(format) => format.is_file(),
+        self.ending().is_some()
+    }
+
+    /// Checks whether the options are those of a table, which has all that the project says.
+    fn check_table(options: &Options) -> Result<(), Error> {
+        let plain = Options::new(options.format, "");
+        match (options.selection == plain.selection, options.key_frames == plain.key_frames) {
+            (true, true) => Ok(()),
+            (false, _) => Err(refused("csv has all boxes; a choice of them is for other formats")),
+            (_, false) => Err(refused("csv has no key frames to choose")),
         }
     }
 }
@@ -76,19 +105,33 @@ pub struct Options {
     pub name: String,
     /// Whether formats that include the frames get them; otherwise they have boxes only.
     pub frames: bool,
-    /// Of the tracked frames, only every so many-th is a key frame; see
-    /// [`export::Options::key_frames`].
-    pub key_frames: usize,
+    /// Which boxes are written.
+    pub selection: Selection,
+    /// Which boxes are key frames, between which the tool interpolates.
+    pub key_frames: KeyFrames,
     /// What the video may claim.
     pub limits: Limits,
 }
 
 impl Options {
+    /// The options of an export without frames, of the boxes that the format has by default. `name` is
+    /// that of the video.
+    pub fn new(format: Format, name: impl Into<String>) -> Self {
+        Self {
+            format,
+            name: name.into(),
+            frames: false,
+            selection: Selection::default(),
+            key_frames: KeyFrames::Every(1),
+            limits: Limits::default(),
+        }
+    }
+
     /// Whether the export reads this video, or the names of the images in this folder.
     pub fn reads(&self, video: &Path) -> bool {
         let Format::Other(format) = self.format else { return false };
-        // COCO refers to images by their names, which only a folder has.
-        let names = format == export::Format::Coco && video.is_dir();
+        // Only the images of a folder have names.
+        let names = format.images == ImageUse::Named && video.is_dir();
         names || (format.holds_frames() && self.frames)
     }
 }
@@ -98,7 +141,7 @@ fn refused(reason: impl Into<String>) -> Error {
 }
 
 /// Writes a project to a file, or to a folder that does not exist yet or is empty; all or nothing.
-/// `video` is where the frames are. Returns the number of files.
+/// `video` is where the frames are.
 ///
 /// # Errors
 /// [`Error::Export`] if the project has no boxes, or if `out` exists: a file is replaced only with
@@ -109,21 +152,23 @@ pub fn write(
     options: &Options,
     out: &Path,
     overwrite: bool,
-) -> Result<usize, Error> {
+) -> Result<Written, Error> {
     let format = match options.format {
-        Format::Csv => return write_table(project, out, overwrite),
+        Format::Csv => {
+            Format::check_table(options)?;
+            write_table(project, out, overwrite)?;
+            return Ok(of_tables([project]));
+        }
         Format::Other(format) => format,
     };
     let options = export::Options {
-        format,
-        name: options.name.clone(),
         label: PLACEHOLDER.to_owned(),
         labels: classes(&project.labels, [project]),
-        size: None,
         images: options.reads(video).then(|| video.to_path_buf()),
-        follow_links: false,
+        selection: options.selection.clone(),
         key_frames: options.key_frames,
         limits: options.limits,
+        ..export::Options::new(format, &options.name)
     };
     Ok(export::write(&track(project)?, &options, out, overwrite)?)
 }
@@ -199,13 +244,9 @@ impl Val {
 
 /// What an export of all clips has written.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Written {
-    /// The number of files.
-    pub files: usize,
-    /// The number of boxes.
-    pub boxes: usize,
-    /// The number of targets.
-    pub targets: usize,
+pub struct OfAll {
+    /// The numbers of files, targets and boxes.
+    pub written: Written,
     /// The names of the clips for training.
     pub train: Vec<String>,
     /// The names of the clips for validation.
@@ -226,7 +267,7 @@ pub fn write_all(
     val: Option<&Val>,
     out: &Path,
     stopped: &dyn Fn() -> bool,
-) -> Result<Written, Error> {
+) -> Result<OfAll, Error> {
     let has_boxes = |clip: &&OfFolder| {
         clip.project.targets.iter().any(|it| !it.keys.is_empty() || !it.tracked.is_empty())
     };
@@ -244,13 +285,12 @@ pub fn write_all(
         let clips = all.iter().filter(|clip| clip.part == part);
         clips.map(|clip| clip.name.clone()).collect()
     };
-    let leaves_out_lost =
-        matches!(options.format, Format::Other(format) if format.leaves_out_lost());
-    let lost = |track: &Track| if leaves_out_lost { track.lost_boxes() } else { 0 };
-    let mut written = Written {
-        files: 0,
-        boxes: all.iter().map(|clip| clip.track.boxes() - lost(&clip.track)).sum(),
-        targets: all.iter().map(|clip| clip.track.ids().len()).sum(),
+    let one_sided = one_sided(full.iter().map(|clip| &clip.project).zip(parts.iter().copied()));
+    let of_all = |mut written: Written| OfAll {
+        written: {
+            written.notes.extend(one_sided);
+            written
+        },
         train: of_part(Part::Train),
         val: of_part(Part::Val),
         empty: empty.iter().map(|clip| clip.name.clone()).collect(),
@@ -258,28 +298,64 @@ pub fn write_all(
     let format = match options.format {
         Format::Other(format) => format,
         Format::Csv => {
+            Format::check_table(options)?;
             let tables = full
                 .iter()
                 .zip(&parts)
                 .map(|(clip, &part)| Ok((clip.name.as_str(), part, table(&clip.project)?)));
             let tables = tables.collect::<Result<Vec<_>, Error>>()?;
-            written.files = export::write_texts(&tables, "csv", out, stopped)?;
-            return Ok(written);
+            export::write_texts(&tables, "csv", out, stopped)?;
+            return Ok(of_all(of_tables(full.iter().map(|clip| &clip.project))));
         }
     };
     let options = export::Options {
-        format,
-        name: options.name.clone(),
         label: PLACEHOLDER.to_owned(),
         labels: classes(labels, full.iter().map(|clip| &clip.project)),
-        size: None,
-        images: None,
-        follow_links: false,
+        selection: options.selection.clone(),
         key_frames: options.key_frames,
         limits: options.limits,
+        ..export::Options::new(format, &options.name)
     };
-    written.files = export::write_all(&all, &options, out, stopped)?;
-    Ok(written)
+    Ok(of_all(export::write_all(&all, &options, out, stopped)?))
+}
+
+/// Says which labels are missing in one of two parts.
+fn one_sided<'a>(clips: impl Iterator<Item = (&'a Project, Part)>) -> Vec<String> {
+    let mut labels: BTreeMap<&str, [bool; 2]> = BTreeMap::new();
+    let mut divided = false;
+    for (project, part) in clips {
+        divided |= part == Part::Val;
+        for target in &project.targets {
+            labels.entry(&target.label).or_default()[usize::from(part == Part::Val)] = true;
+        }
+    }
+    let missing = |side: usize| {
+        let missing = labels.iter().filter(|(_, is_there)| divided && !is_there[side]);
+        missing.map(|(label, _)| *label).collect::<Vec<_>>().join(", ")
+    };
+    let parts = [(0, Part::Train), (1, Part::Val)].map(|(side, part)| (missing(side), part));
+    let parts = parts.into_iter().filter(|(labels, _)| !labels.is_empty());
+    let say = |(labels, part): (String, Part)| {
+        format!(
+            "no clip in {} has a target of these labels: {labels}; choose the clips for validation by \
+             their names",
+            part.name()
+        )
+    };
+    parts.map(say).collect()
+}
+
+/// What tables of these projects have.
+fn of_tables<'a>(projects: impl IntoIterator<Item = &'a Project>) -> Written {
+    let mut written = Written::default();
+    for project in projects {
+        let count = |target: &Target| rows(target).iter().filter(|row| row.bbox.is_some()).count();
+        let counts: Vec<usize> = project.targets.iter().map(count).collect();
+        written.files += 1;
+        written.targets += counts.iter().filter(|count| **count > 0).count();
+        written.boxes.boxes += counts.iter().sum::<usize>();
+    }
+    written
 }
 
 /// The clips of a folder: all projects in it, in natural order, with the labels of the folder. Only
@@ -332,13 +408,12 @@ fn check_place(file: &Path, folder: &Path) -> Result<(), Error> {
     }
 }
 
-fn write_table(project: &Project, out: &Path, overwrite: bool) -> Result<usize, Error> {
+fn write_table(project: &Project, out: &Path, overwrite: bool) -> Result<(), Error> {
     if out.exists() && (out.is_dir() || !overwrite) {
         return Err(refused(format!("{} exists already", out.display())));
     }
     let text = table(project)?;
-    file::replace(out, text.as_bytes()).map_err(|error| Error::write(out, error))?;
-    Ok(1)
+    file::replace(out, text.as_bytes()).map_err(|error| Error::write(out, error))
 }
 
 /// Checks how many rows the targets have. Two numbers in a file can hide a target in any number of
@@ -444,103 +519,4 @@ fn rows(target: &Target) -> Vec<Row> {
     let mut rows: Vec<Row> = keys.chain(tracked).chain(hidden).collect();
     rows.sort_by_key(|row| row.frame);
     rows
-}
-
-/// A line of the table.
-#[derive(Serialize)]
-struct Line<'a> {
-    frame: usize,
-    id: u64,
-    label: Cow<'a, str>,
-    x: Option<f64>,
-    y: Option<f64>,
-    w: Option<f64>,
-    h: Option<f64>,
-    score: Option<f64>,
-    status: Option<Status>,
-    key: bool,
-    occluded: bool,
-    truncated: bool,
-    hidden: bool,
-    visible: Option<f64>,
-    agreement: Option<f64>,
-    frame_w: usize,
-    frame_h: usize,
-}
-
-/// The columns of a [`Line`].
-const COLUMNS: [&str; 17] = [
-    "frame",
-    "id",
-    "label",
-    "x",
-    "y",
-    "w",
-    "h",
-    "score",
-    "status",
-    "key",
-    "occluded",
-    "truncated",
-    "hidden",
-    "visible",
-    "agreement",
-    "frame_w",
-    "frame_h",
-];
-
-/// What the names of columns with attributes begin with.
-pub(crate) const ATTRIBUTE: &str = "attribute:";
-
-/// The table of a project, ordered by target and frame: CSV with the columns that
-/// [`Format::Csv`](crate::import::Format::Csv) lists, and one for each attribute.
-///
-/// # Errors
-/// As [`track`].
-pub fn table(project: &Project) -> Result<String, Error> {
-    check_rows(project)?;
-    let about: Vec<About> = project.targets.iter().map(|it| about(project, it)).collect();
-    let names = about.iter().flat_map(|it| it.attributes.keys().chain(it.changes.keys()));
-    let names: BTreeSet<&String> = names.collect();
-    let mut out = csv::WriterBuilder::new().has_headers(false).from_writer(Vec::new());
-    let of_attributes = names.iter().map(|name| format!("{ATTRIBUTE}{name}"));
-    let header = COLUMNS.iter().map(|&name| name.to_owned()).chain(of_attributes);
-    out.write_record(header).map_err(|error| refused(error.to_string()))?;
-    let mut count = 0;
-    for (target, about) in project.targets.iter().zip(&about) {
-        for row in rows(target) {
-            let values = about.at(row.frame);
-            let values = names.iter().map(|name| values.get(name.as_str()).copied());
-            let values: Vec<Cow<'_, str>> =
-                values.map(|value| as_cell(value.unwrap_or_default())).collect();
-            count += usize::from(row.bbox.is_some());
-            let said = row.said.unwrap_or_default();
-            let side = |of: fn(BoundingBox) -> f64| row.bbox.map(of);
-            let line = Line {
-                frame: row.frame,
-                id: target.id,
-                label: as_cell(&target.label),
-                x: side(|b| b.x),
-                y: side(|b| b.y),
-                w: side(|b| b.w),
-                h: side(|b| b.h),
-                score: row.score,
-                status: row.status,
-                key: row.said.is_some() && !said.hidden,
-                occluded: said.occluded,
-                truncated: said.truncated,
-                hidden: said.hidden,
-                visible: row.visible,
-                agreement: row.agreement,
-                frame_w: project.video.width,
-                frame_h: project.video.height,
-            };
-            out.serialize((line, values)).map_err(|error| refused(error.to_string()))?;
-        }
-    }
-    if count == 0 {
-        return Err(refused("the project has no boxes"));
-    }
-    let bytes = out.into_inner().map_err(|error| refused(error.to_string()))?;
-    String::from_utf8(bytes).map_err(|error| refused(io::Error::other(error).to_string()))
 }

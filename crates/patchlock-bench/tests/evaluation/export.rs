@@ -6,8 +6,7 @@ use std::path::{Path, PathBuf};
 use image::RgbImage;
 use patchlock::{BoundingBox, Status};
 use patchlock_bench::dataset::{Dataset, Layout};
-use patchlock_media::Limits;
-use patchlock_track::export::{self, About, Entry, Format, Options, Track};
+use patchlock_track::export::{self, About, Entry, Format, KeyFrames, Options, Selection, Track};
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -34,16 +33,16 @@ fn track() -> Track {
     .unwrap()
 }
 
-struct Workspace {
+pub struct Workspace {
     folder: TempDir,
 }
 
 impl Workspace {
-    fn new() -> Self {
+    pub fn new() -> Self {
         Self { folder: tempfile::tempdir().unwrap() }
     }
 
-    fn path(&self, name: &str) -> PathBuf {
+    pub fn path(&self, name: &str) -> PathBuf {
         self.folder.path().join(name)
     }
 
@@ -62,8 +61,8 @@ impl Workspace {
 
     fn export(&self, options: &Options) -> Result<(usize, PathBuf), String> {
         let out = self.path("out");
-        let files = export::write(&track(), options, &out, false);
-        files.map(|files| (files, out)).map_err(|error| error.to_string())
+        let written = export::write(&track(), options, &out, false);
+        written.map(|written| (written.files, out)).map_err(|error| error.to_string())
     }
 }
 
@@ -85,17 +84,28 @@ fn lost_track(blank: bool) -> Track {
 
 /// The output of both kinds of tracks with losses, by `read`.
 fn lost_exports<T>(format: Format, read: impl Fn(&Path) -> T) -> [T; 2] {
+    lost_exports_with(&options(format), read)
+}
+
+fn lost_exports_with<T>(options: &Options, read: impl Fn(&Path) -> T) -> [T; 2] {
     [false, true].map(|blank| {
         let workspace = Workspace::new();
         let out = workspace.path("out");
-        export::write(&lost_track(blank), &options(format), &out, false).unwrap();
+        export::write(&lost_track(blank), options, &out, false).unwrap();
         read(&out)
     })
 }
 
+/// The options of an export of boxes with these statuses.
+fn with_status(format: &str, status: &str) -> Options {
+    let status = Some(Selection::statuses(status).unwrap());
+    let selection = Selection { status, ..Selection::default() };
+    Options { selection, ..options(format_named(format)) }
+}
+
 #[test]
 fn mot_has_confidence_0_or_no_line_for_a_lost_target() {
-    let [kept, blank] = lost_exports(Format::Mot, |out| text(out));
+    let [kept, blank] = lost_exports(format_named("mot"), |out| text(out));
     let line = |frame: usize, left: u32, confidence: &str| {
         format!("{frame},1,{left}.0000,6.0000,20.0000,10.0000,{confidence},-1,-1,-1\n")
     };
@@ -109,7 +119,7 @@ fn mot_has_confidence_0_or_no_line_for_a_lost_target() {
 
 #[test]
 fn coco_has_the_status_as_an_attribute() {
-    let [kept, blank] = lost_exports(Format::Coco, |out| {
+    let [kept, blank] = lost_exports_with(&with_status("coco", "tracked,uncertain,lost"), |out| {
         let all: Value = serde_json::from_str(&text(out)).unwrap();
         assert_eq!(all["images"].as_array().unwrap().len(), 7);
         let annotations = all["annotations"].as_array().unwrap().iter();
@@ -126,7 +136,7 @@ fn coco_has_the_status_as_an_attribute() {
 
 #[test]
 fn a_lost_target_is_outside_in_cvat() {
-    let exports = lost_exports(Format::Cvat, |out| {
+    let exports = lost_exports(format_named("cvat"), |out| {
         let xml = text(out);
         let boxes = xml.lines().filter(|line| line.contains("<box "));
         let value = |line: &str, name: &str| {
@@ -152,15 +162,15 @@ fn a_lost_target_is_outside_in_cvat() {
 }
 
 #[test]
-fn yolo_leaves_out_frames_with_a_lost_target() {
-    for names in lost_exports(Format::Yolo, |out| {
+fn yolo_leaves_out_frames_with_a_lost_or_uncertain_target() {
+    for names in lost_exports(format_named("yolo"), |out| {
         let entries = fs::read_dir(out.join("labels/train")).unwrap();
         let mut names: Vec<_> =
             entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
         names.sort();
         names
     }) {
-        assert_eq!(names, [0, 1, 4, 5].map(|k| format!("frame_{k:06}.txt")));
+        assert_eq!(names, [0, 1, 5].map(|k| format!("frame_{k:06}.txt")));
     }
 }
 
@@ -173,13 +183,13 @@ fn benchmarks_flag_a_lost_target() {
             .concat()
             + "0,0,0,0\n"
     };
-    for out in lost_exports(Format::Lasot, |out| {
+    for out in lost_exports(format_named("lasot"), |out| {
         let folder = out.join("toy car/toy car-1");
         ["groundtruth.txt", "full_occlusion.txt"].map(|name| text(folder.join(name)))
     }) {
         assert_eq!(out, [boxes(6), "0,0,1,1,0,0,1\n".to_string()]);
     }
-    for out in lost_exports(Format::Got10k, |out| {
+    for out in lost_exports(format_named("got10k"), |out| {
         let folder = out.join("film_000001");
         ["groundtruth.txt", "absence.label", "cover.label"].map(|name| text(folder.join(name)))
     }) {
@@ -189,22 +199,17 @@ fn benchmarks_flag_a_lost_target() {
     }
 }
 
-fn options(format: Format) -> Options {
-    let size = format.needs_size().then_some((40, 30));
-    Options {
-        follow_links: false,
-        format,
-        name: "film".into(),
-        label: "toy car".into(),
-        labels: Vec::new(),
-        size,
-        images: None,
-        key_frames: 1,
-        limits: Limits::default(),
-    }
+/// The export format of this name.
+pub fn format_named(name: &str) -> Format {
+    Format::named(name).unwrap()
 }
 
-fn text(path: impl AsRef<Path>) -> String {
+pub fn options(format: Format) -> Options {
+    let size = format.needs_size.then_some((40, 30));
+    Options { label: "toy car".into(), size, ..Options::new(format, "film") }
+}
+
+pub fn text(path: impl AsRef<Path>) -> String {
     fs::read_to_string(path.as_ref()).unwrap_or_else(|error| panic!("{:?}: {error}", path.as_ref()))
 }
 
@@ -219,7 +224,7 @@ fn exported_text(format: Format) -> String {
 #[test]
 fn mot_counts_from_one() {
     assert_eq!(
-        exported_text(Format::Mot),
+        exported_text(format_named("mot")),
         "1,1,11.0000,6.0000,20.0000,10.0000,1.0000,-1,-1,-1\n\
          3,1,12.0000,6.0000,20.0000,10.0000,0.2500,-1,-1,-1\n\
          3,3,31.0000,21.0000,8.0000,6.0000,1.0000,-1,-1,-1\n\
@@ -228,9 +233,33 @@ fn mot_counts_from_one() {
     );
 }
 
+/// Frames and pixels count from 0, and sides are those of the box, as the development kit reads them.
+#[test]
+fn kitti_has_the_placeholders_of_its_development_kit() {
+    let line = |place: &str, occluded: i8, sides: &str, score: &str| {
+        format!(
+            "{place} toy_car -1 {occluded} -10 {sides} -1 -1 -1 -1000 -1000 -1000 -10 {score}\n"
+        )
+    };
+    let expected = [
+        line("0 1", -1, "10.0000 5.0000 30.0000 15.0000", "1.0000"),
+        line("2 1", 1, "11.0000 5.0000 31.0000 15.0000", "0.2500"),
+        line("2 3", -1, "30.0000 20.0000 38.0000 26.0000", "1.0000"),
+        line("4 3", -1, "-4.0000 27.0000 4.0000 33.1235", "0.5000"),
+        line("6 1", -1, "14.0000 5.0000 34.0000 15.0000", "0.7500"),
+    ];
+    let text_of_track = exported_text(format_named("kitti"));
+    assert_eq!(text_of_track, expected.concat());
+    assert!(text_of_track.lines().all(|line| line.split(' ').count() == 18));
+    for text in lost_exports(format_named("kitti"), |out| text(out)) {
+        let frames: Vec<&str> = text.lines().map(|line| line.split(' ').next().unwrap()).collect();
+        assert_eq!(frames, ["0", "1", "4", "5"]);
+    }
+}
+
 #[test]
 fn coco_has_videos_tracks_and_outlines() {
-    let all: Value = serde_json::from_str(&exported_text(Format::Coco)).unwrap();
+    let all: Value = serde_json::from_str(&exported_text(format_named("coco"))).unwrap();
     assert_eq!(all["categories"][0]["name"], "toy car");
     assert_eq!(all["videos"][0]["name"], "film");
     let ids = |list: &str, field: &str| -> Vec<i64> {
@@ -257,7 +286,7 @@ fn coco_has_videos_tracks_and_outlines() {
 
 #[test]
 fn cvat_marks_the_frames_without_a_target() {
-    let xml = exported_text(Format::Cvat);
+    let xml = exported_text(format_named("cvat"));
     let track = |id: u64, boxes: &[(usize, u8, u8, [&str; 4])]| {
         let line = |(frame, outside, occluded, [l, t, r, b]): &(usize, u8, u8, [&str; 4])| {
             format!(
@@ -302,23 +331,23 @@ fn a_clip_has_the_frames_of_its_images_or_those_that_the_track_knows_of() {
         ("unknown", track(), None, 7),
     ];
     for (name, track, images, frames) in cases {
-        let out = |format: Format| workspace.path(&format!("{name}.{}", format.name()));
-        for format in [Format::Cvat, Format::LabelStudio] {
+        let out = |format: Format| workspace.path(&format!("{name}.{}", format.name));
+        for format in [format_named("cvat"), format_named("label-studio")] {
             let options = Options { images: images.clone(), ..options(format) };
             export::write(&track, &options, &out(format), false).unwrap();
         }
-        let xml = text(out(Format::Cvat));
+        let xml = text(out(format_named("cvat")));
         assert!(xml.contains(&format!("<size>{frames}</size>")), "{name}: {xml}");
         let outside = "<box frame=\"7\" keyframe=\"1\" outside=\"1\"";
         assert_eq!(xml.contains(outside), frames > 7, "{name}: {xml}");
-        let tasks: Value = serde_json::from_str(&text(out(Format::LabelStudio))).unwrap();
+        let tasks: Value = serde_json::from_str(&text(out(format_named("label-studio")))).unwrap();
         let value = &tasks[0]["predictions"][0]["result"][0]["value"];
         assert_eq!(value["framesCount"], frames, "{name}");
         let seconds = (frames as f64 / 30.0 * 1e4).round() / 1e4;
         assert_eq!(value["duration"], seconds, "{name}");
     }
     let out = workspace.path("short");
-    let error = export::write(&known(6), &options(Format::Cvat), &out, false).unwrap_err();
+    let error = export::write(&known(6), &options(format_named("cvat")), &out, false).unwrap_err();
     let expected = "the track extends to frame 6, counted from 0, but the clip has 6 frames";
     assert!(error.to_string().contains(expected), "{error}");
 }
@@ -330,8 +359,8 @@ fn a_target_that_is_never_found_has_no_track() {
     let lost = |frame| Entry { frame, id: 2, status: Some(Status::Lost), ..track().entries()[0] };
     let entries = [track().entries(), &[lost(0), lost(1)]].concat();
     let with_lost = Track::new(entries).unwrap();
-    for format in [Format::Cvat, Format::LabelStudio] {
-        let out = workspace.path(format.name());
+    for format in [format_named("cvat"), format_named("label-studio")] {
+        let out = workspace.path(format.name);
         export::write(&with_lost, &options(format), &out, false).unwrap();
         assert_eq!(text(out), exported_text(format));
     }
@@ -340,11 +369,11 @@ fn a_target_that_is_never_found_has_no_track() {
 #[test]
 fn names_are_escaped() {
     let workspace = Workspace::new();
-    let escaped = Options { label: "a<b> & \"c\"".into(), ..options(Format::Cvat) };
+    let escaped = Options { label: "a<b> & \"c\"".into(), ..options(format_named("cvat")) };
     let xml = text(workspace.export(&escaped).unwrap().1);
     assert!(xml.contains("label=\"a&lt;b&gt; &amp; &quot;c&quot;\""));
     let workspace = Workspace::new();
-    let escaped = Options { label: "a: \"b\"".into(), ..options(Format::Yolo) };
+    let escaped = Options { label: "a: \"b\"".into(), ..options(format_named("yolo")) };
     let yaml = text(workspace.export(&escaped).unwrap().1.join("data.yaml"));
     assert!(yaml.ends_with("names:\n  0: \"a: \\\"b\\\"\"\n"), "{yaml}");
 }
@@ -353,7 +382,7 @@ fn names_are_escaped() {
 #[test]
 fn rotated_boxes_of_yolo_are_the_outlines() {
     let workspace = Workspace::new();
-    let error = workspace.export(&options(Format::YoloObb)).unwrap_err().to_string();
+    let error = workspace.export(&options(format_named("yolo-obb"))).unwrap_err().to_string();
     assert!(error.contains("target 1 of film has no outline in frame 2"), "{error}");
     let entry = |frame, corners, status| Entry {
         frame,
@@ -371,7 +400,8 @@ fn rotated_boxes_of_yolo_are_the_outlines() {
         entry(2, Some(turned), Status::Uncertain),
     ]);
     let out = workspace.path("rotated");
-    export::write(&track.unwrap(), &options(Format::YoloObb), &out, false).unwrap();
+    let options = with_status("yolo-obb", "tracked,uncertain");
+    export::write(&track.unwrap(), &options, &out, false).unwrap();
     let line = "0 0.500000 0.000000 0.750000 0.333333 0.500000 0.500000 0.250000 0.333333\n";
     for frame in [0, 2] {
         assert_eq!(text(out.join(format!("labels/train/frame_{frame:06}.txt"))), line);
@@ -384,7 +414,7 @@ fn rotated_boxes_of_yolo_are_the_outlines() {
 #[test]
 fn rotated_boxes_of_cvat_have_the_sides_before_they_are_turned() {
     let workspace = Workspace::new();
-    let error = workspace.export(&options(Format::CvatObb)).unwrap_err().to_string();
+    let error = workspace.export(&options(format_named("cvat-obb"))).unwrap_err().to_string();
     assert!(error.contains("target 1 of film has no outline in frame 2"), "{error}");
     let entry = |frame, corners, status| Entry {
         frame,
@@ -405,7 +435,7 @@ fn rotated_boxes_of_cvat_have_the_sides_before_they_are_turned() {
         entry(3, None, Status::Lost),
     ]);
     let out = workspace.path("rotated.xml");
-    export::write(&track.unwrap(), &options(Format::CvatObb), &out, false).unwrap();
+    export::write(&track.unwrap(), &options(format_named("cvat-obb")), &out, false).unwrap();
     let boxes = text(&out);
     let boxes: Vec<&str> = boxes.lines().filter(|line| line.contains("<box ")).collect();
     let has = |k: usize, words: &str| assert!(boxes[k].contains(words), "{words}: {}", boxes[k]);
@@ -422,7 +452,7 @@ fn yolo_is_relative_and_clipped() {
     let workspace = Workspace::new();
     let images = workspace.images();
     let (files, out) = workspace
-        .export(&Options { images: Some(images.clone()), ..options(Format::Yolo) })
+        .export(&Options { images: Some(images.clone()), ..options(format_named("yolo")) })
         .unwrap();
     assert_eq!(files, 1 + 2 * 4);
     assert!(text(out.join("data.yaml")).contains("train: images/train\n"));
@@ -452,7 +482,7 @@ fn boxes_of_yolo_end_in_the_frame_when_they_are_rounded() {
     let sliver = Entry { id: 2, bbox: Some(sliver), ..entry };
     let out = workspace.path("yolo");
     let track = Track::new(vec![entry, sliver]).unwrap();
-    export::write(&track, &options(Format::Yolo), &out, false).unwrap();
+    export::write(&track, &options(format_named("yolo")), &out, false).unwrap();
     let lines = text(out.join("labels/train/frame_000000.txt"));
     assert_eq!(lines, "0 0.900001 0.333333 0.199998 0.333333\n");
 }
@@ -460,7 +490,7 @@ fn boxes_of_yolo_end_in_the_frame_when_they_are_rounded() {
 #[test]
 fn lasot_is_read_back() {
     let workspace = Workspace::new();
-    let options = Options { images: Some(workspace.images()), ..options(Format::Lasot) };
+    let options = Options { images: Some(workspace.images()), ..options(format_named("lasot")) };
     let out = workspace.export(&options).unwrap().1;
     let first = out.join("toy car/toy car-1");
     assert_eq!(
@@ -479,7 +509,7 @@ fn lasot_is_read_back() {
 #[test]
 fn got10k_is_read_back() {
     let workspace = Workspace::new();
-    let options = Options { images: Some(workspace.images()), ..options(Format::Got10k) };
+    let options = Options { images: Some(workspace.images()), ..options(format_named("got10k")) };
     let out = workspace.export(&options).unwrap().1;
     assert_eq!(text(out.join("list.txt")), "film_000001\nfilm_000003\n");
     let (first, third) = (out.join("film_000001"), out.join("film_000003"));
@@ -509,6 +539,10 @@ fn assert_reads_back(out: &Path, layout: Layout) {
     assert_eq!(dataset.sequences[1].frames.len(), 2);
 }
 
+pub fn choosing(selection: Selection, options: &Options) -> Options {
+    Options { selection, ..options.clone() }
+}
+
 #[test]
 fn inconsistent_options_are_errors_and_nothing_is_written() {
     let workspace = Workspace::new();
@@ -516,7 +550,7 @@ fn inconsistent_options_are_errors_and_nothing_is_written() {
     let short = workspace.path("short");
     fs::create_dir(&short).unwrap();
     fs::copy(images.join("0.jpg"), short.join("0.jpg")).unwrap();
-    let coco = options(Format::Coco);
+    let coco = options(format_named("coco"));
     let rejected = [
         (Options { size: None, ..coco.clone() }, "coco needs the frame size"),
         (Options { size: Some((0, 30)), ..coco.clone() }, "the size is 0 x 30"),
@@ -532,13 +566,41 @@ fn inconsistent_options_are_errors_and_nothing_is_written() {
             Options { images: Some(workspace.path("no")), ..coco.clone() },
             "is neither a folder of images nor a video",
         ),
-        (Options { key_frames: 0, ..options(Format::Cvat) }, "every 0th frame"),
         (
-            Options { key_frames: 9, ..coco.clone() },
-            "every 9th frame cannot be a key frame of coco",
+            Options { key_frames: KeyFrames::Every(0), ..options(format_named("cvat")) },
+            "every 0th frame",
         ),
         (
-            Options { images: Some(workspace.path("x")), ..options(Format::Mot) },
+            Options { key_frames: KeyFrames::Overlap(1.0), ..options(format_named("cvat")) },
+            "the least overlap of key frames is 1; it must be above 0 and below 1",
+        ),
+        (
+            Options { key_frames: KeyFrames::Every(9), ..coco.clone() },
+            "coco has no key frames; cvat, cvat-obb, label-studio have",
+        ),
+        (choosing(Selection { every: 0, ..Selection::default() }, &coco), "every 0th frame"),
+        (
+            choosing(Selection { min_score: Some(2.0), ..Selection::default() }, &coco),
+            "the least score is 2; allowed: 0 to 1",
+        ),
+        (
+            choosing(Selection { min_score: Some(f64::NAN), ..Selection::default() }, &coco),
+            "the least score is NaN",
+        ),
+        (
+            choosing(Selection { status: Some(vec![]), ..Selection::default() }, &coco),
+            "no status is given; allowed: tracked, uncertain, lost",
+        ),
+        (with_status("yolo", "tracked,lost"), "yolo cannot mark lost targets"),
+        (
+            choosing(
+                Selection { every: 5, ..Selection::default() },
+                &options(format_named("cvat")),
+            ),
+            "cvat cannot have every 5th frame",
+        ),
+        (
+            Options { images: Some(workspace.path("x")), ..options(format_named("mot")) },
             "does not use images",
         ),
         (Options { label: "a/b".into(), ..coco.clone() }, "the label is \"a/b\""),
@@ -561,8 +623,8 @@ fn inconsistent_options_are_errors_and_nothing_is_written() {
 fn a_size_that_is_not_needed_is_ignored() {
     let workspace = Workspace::new();
     let (_, out) =
-        workspace.export(&Options { size: Some((4, 3)), ..options(Format::Mot) }).unwrap();
-    assert_eq!(text(out), exported_text(Format::Mot));
+        workspace.export(&Options { size: Some((4, 3)), ..options(format_named("mot")) }).unwrap();
+    assert_eq!(text(out), exported_text(format_named("mot")));
 }
 
 /// A target that moves by a pixel per frame from 0 to 30, is half hidden in 12 to 14, and is lost
@@ -591,7 +653,7 @@ fn long_track() -> Track {
 fn key_frames_are_sparse_and_keep_every_change() {
     let workspace = Workspace::new();
     let out = workspace.path("a.xml");
-    let sparse = Options { key_frames: 10, ..options(Format::Cvat) };
+    let sparse = Options { key_frames: KeyFrames::Every(10), ..options(format_named("cvat")) };
     export::write(&long_track(), &sparse, &out, false).unwrap();
     let written = text(&out);
     let value = |line: &str, name: &str| -> usize {
@@ -620,7 +682,8 @@ fn key_frames_are_sparse_and_keep_every_change() {
 fn label_studio_has_percent_and_stretches() {
     let workspace = Workspace::new();
     let out = workspace.path("a.json");
-    let sparse = Options { key_frames: 10, ..options(Format::LabelStudio) };
+    let sparse =
+        Options { key_frames: KeyFrames::Every(10), ..options(format_named("label-studio")) };
     export::write(&long_track(), &sparse, &out, false).unwrap();
     let tasks: Value = serde_json::from_str(&text(&out)).unwrap();
     assert_eq!(tasks[0]["data"]["video"], "film");
@@ -648,8 +711,13 @@ fn label_studio_has_the_times_of_the_table() {
     let workspace = Workspace::new();
     let (table, out) = (workspace.path("a.csv"), workspace.path("a.json"));
     fs::write(&table, "frame,x,y,w,h,time\n0,1,2,3,4,0\n1,1,2,3,4,0.05\n2,1,2,3,4,0.2\n").unwrap();
-    export::write(&Track::read(&table).unwrap(), &options(Format::LabelStudio), &out, false)
-        .unwrap();
+    export::write(
+        &Track::read(&table).unwrap(),
+        &options(format_named("label-studio")),
+        &out,
+        false,
+    )
+    .unwrap();
     let tasks: Value = serde_json::from_str(&text(&out)).unwrap();
     let value = &tasks[0]["predictions"][0]["result"][0]["value"];
     let keys = value["sequence"].as_array().unwrap();
@@ -657,12 +725,43 @@ fn label_studio_has_the_times_of_the_table() {
     assert_eq!((times, &value["duration"]), (vec![0.0, 0.05, 0.2], &0.3.into()));
 }
 
+/// The tool takes all frames to be of one length, and shows at a time the frame of that number.
+#[test]
+fn boxes_of_frames_of_different_lengths_are_where_label_studio_shows_them() {
+    let workspace = Workspace::new();
+    let written = |times: &[f64]| {
+        let rows = times.iter().enumerate().map(|(k, time)| format!("{k},{k},2,3,4,{time}\n"));
+        let table = workspace.path("a.csv");
+        fs::write(&table, format!("frame,x,y,w,h,time\n{}", rows.collect::<String>())).unwrap();
+        let (track, out) = (Track::read(&table).unwrap(), workspace.path("a.json"));
+        let options = options(format_named("label-studio"));
+        let written = export::write(&track, &options, &out, true).unwrap();
+        let tasks: Value = serde_json::from_str(&text(&out)).unwrap();
+        let value = &tasks[0]["predictions"][0]["result"][0]["value"];
+        let keys = value["sequence"].as_array().unwrap().iter();
+        let key = |key: &Value| (key["frame"].as_u64().unwrap(), key["time"].as_f64().unwrap());
+        (keys.map(key).collect::<Vec<_>>(), written.remarks())
+    };
+    let (keys, notes) = written(&[0.0, 0.04, 0.08, 0.12]);
+    assert_eq!(keys, [(1, 0.0), (2, 0.04), (3, 0.08), (4, 0.12)]);
+    assert_eq!(notes, ["give the Video of the project framerate=\"25\""]);
+    // Five frames in half a second, at ten per second in the mean; the second one is long.
+    let (keys, notes) = written(&[0.0, 0.01, 0.31, 0.4, 0.405, 0.5]);
+    assert_eq!(keys, [(1, 0.01), (4, 0.31), (5, 0.405), (6, 0.5)]);
+    let said = "the frames of this clip differ in length, so a box is in the frame that is shown at its \
+                time; give the Video of the project framerate=\"10\"";
+    assert_eq!(notes, [said]);
+    let (_, notes) = written(&[0.0]);
+    assert!(notes.is_empty());
+}
+
 #[test]
 fn voc_counts_from_one_and_clips() {
     let workspace = Workspace::new();
     let images = workspace.images();
-    let (files, out) =
-        workspace.export(&Options { images: Some(images), ..options(Format::Voc) }).unwrap();
+    let (files, out) = workspace
+        .export(&Options { images: Some(images), ..options(format_named("voc")) })
+        .unwrap();
     assert_eq!(files, 2 + 2 * 4);
     assert_eq!(text(out.join("ImageSets/Main/trainval.txt")), "0\n2\n4\n6\n");
     assert_eq!(text(out.join("labelmap.txt")), "# label:color_rgb:parts:actions\ntoy car:::\n");
@@ -685,8 +784,10 @@ fn voc_counts_from_one_and_clips() {
         "<xmin>1</xmin>\n      <ymin>28</ymin>\n      <xmax>4</xmax>\n      <ymax>30</ymax>";
     assert!(third.contains(sides) && third.contains("<truncated>1</truncated>"), "{third}");
     assert!(image::open(out.join("JPEGImages/6.jpg")).is_ok());
-    for names in lost_exports(Format::Voc, |out| text(out.join("ImageSets/Main/trainval.txt"))) {
-        assert_eq!(names, [0, 1, 4, 5].map(|k| format!("frame_{k:06}\n")).concat());
+    for names in
+        lost_exports(format_named("voc"), |out| text(out.join("ImageSets/Main/trainval.txt")))
+    {
+        assert_eq!(names, [0, 1, 5].map(|k| format!("frame_{k:06}\n")).concat());
     }
 }
 
@@ -710,21 +811,22 @@ fn frames_of_a_video_are_saved_as_images() {
     let with_video =
         |format| Options { size: None, images: Some(video.clone()), ..options(format) };
     for (format, image) in [
-        (Format::Yolo, "images/train/frame_000004.jpg"),
-        (Format::Voc, "JPEGImages/frame_000004.jpg"),
+        (format_named("yolo"), "images/train/frame_000004.jpg"),
+        (format_named("voc"), "JPEGImages/frame_000004.jpg"),
         // The fourth frame of target 1 is frame 6; the frames of target 3, which come later, begin
         // before it.
-        (Format::Got10k, "film_000003/00000002.jpg"),
-        (Format::Lasot, "toy car/toy car-3/img/00000002.jpg"),
+        (format_named("got10k"), "film_000003/00000002.jpg"),
+        (format_named("lasot"), "toy car/toy car-3/img/00000002.jpg"),
     ] {
-        let out = workspace.path(format.name());
+        let out = workspace.path(format.name);
         export::write(&track(), &with_video(format), &out, false).unwrap();
         let red = image::open(out.join(image)).unwrap().to_rgb8().get_pixel(20, 15)[0];
-        assert!(red.abs_diff(120) < 6, "{}: {red}", format.name());
+        assert!(red.abs_diff(120) < 6, "{}: {red}", format.name);
     }
     fs::write(&video, &bytes[..bytes.len() - 1900]).unwrap();
     let out = workspace.path("short");
-    let error = export::write(&track(), &with_video(Format::Yolo), &out, false).unwrap_err();
+    let error =
+        export::write(&track(), &with_video(format_named("yolo")), &out, false).unwrap_err();
     assert!(error.to_string().contains("frame 6"), "{error}");
     assert!(!out.exists());
 }
@@ -732,16 +834,18 @@ fn frames_of_a_video_are_saved_as_images() {
 #[test]
 fn existing_files_are_kept() {
     let workspace = Workspace::new();
-    let (_, out) = workspace.export(&options(Format::Mot)).unwrap();
-    assert!(workspace.export(&options(Format::Mot)).unwrap_err().contains("exists already"));
-    assert!(workspace.export(&options(Format::Lasot)).unwrap_err().contains("is a file"));
+    let (_, out) = workspace.export(&options(format_named("mot"))).unwrap();
+    assert!(
+        workspace.export(&options(format_named("mot"))).unwrap_err().contains("exists already")
+    );
+    assert!(workspace.export(&options(format_named("lasot"))).unwrap_err().contains("is a file"));
     fs::write(&out, "old").unwrap();
-    export::write(&track(), &options(Format::Mot), &out, true).unwrap();
+    export::write(&track(), &options(format_named("mot")), &out, true).unwrap();
     assert!(text(&out).starts_with("1,1,11.0000"));
 
     let folder = workspace.path("folder");
     fs::create_dir(&folder).unwrap();
-    let lasot = options(Format::Lasot);
+    let lasot = options(format_named("lasot"));
     export::write(&track(), &lasot, &folder, false).unwrap();
     let again = export::write(&track(), &lasot, &folder, true).unwrap_err().to_string();
     assert!(again.contains("never replaced"), "{again}");
@@ -769,7 +873,7 @@ fn nested(targets: usize) -> Track {
 
 #[test]
 fn a_short_track_does_not_become_a_huge_folder() {
-    for format in [Format::Lasot, Format::Got10k] {
+    for format in [format_named("lasot"), format_named("got10k")] {
         let workspace = Workspace::new();
         let out = workspace.path("out");
         let error = export::write(&nested(5000), &options(format), &out, false).unwrap_err();
@@ -800,8 +904,14 @@ fn many_targets_are_written_in_a_time_that_follows_their_number() {
     };
     let track = Track::new((0..TARGETS).map(entry).collect()).unwrap();
     let track = track.with_targets((0..TARGETS).map(about).collect());
-    let formats =
-        [Format::Mot, Format::Coco, Format::Cvat, Format::Yolo, Format::Voc, Format::LabelStudio];
+    let formats = [
+        format_named("mot"),
+        format_named("coco"),
+        format_named("cvat"),
+        format_named("yolo"),
+        format_named("voc"),
+        format_named("label-studio"),
+    ];
     for format in formats {
         let workspace = Workspace::new();
         let begun = std::time::Instant::now();
@@ -819,8 +929,9 @@ fn file_names_with_control_characters_make_valid_xml() {
         let name = format!("<&\u{1b}[31m\n\u{7}{k}.jpg");
         RgbImage::new(40, 30).save(frames.join(name)).unwrap();
     }
-    let (_, out) =
-        workspace.export(&Options { images: Some(frames), ..options(Format::Voc) }).unwrap();
+    let (_, out) = workspace
+        .export(&Options { images: Some(frames), ..options(format_named("voc")) })
+        .unwrap();
     let annotations = fs::read_dir(out.join("Annotations")).unwrap();
     let mut count = 0;
     for file in annotations {

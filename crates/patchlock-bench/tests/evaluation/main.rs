@@ -6,6 +6,7 @@ mod layouts_of_results;
 mod published;
 mod report;
 mod same_boxes;
+mod selection;
 mod shown;
 mod store;
 mod support;

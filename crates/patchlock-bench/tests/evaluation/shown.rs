@@ -5,8 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 
 use patchlock::{BoundingBox, Status};
-use patchlock_media::Limits;
-use patchlock_track::export::{self, Entry, Format, Options, Said, Track};
+use patchlock_track::export::{self, Entry, Format, KeyFrames, Options, Said, Track};
 use proptest::prelude::*;
 use serde_json::Value;
 
@@ -219,30 +218,92 @@ fn expected(entries: &[Entry]) -> BTreeMap<(u64, usize), ([f64; 4], bool, bool)>
     entries.iter().filter_map(of).collect()
 }
 
-fn options(format: Format, size: (usize, usize), key_frames: usize) -> Options {
-    Options {
-        follow_links: false,
-        format,
-        name: "clip".into(),
-        label: "car".into(),
-        labels: Vec::new(),
-        size: Some(size),
-        images: None,
-        key_frames,
-        limits: Limits::default(),
-    }
+/// The export format of this name.
+fn format_named(name: &str) -> Format {
+    Format::named(name).unwrap()
+}
+
+fn options(format: Format, size: (usize, usize), key_frames: KeyFrames) -> Options {
+    Options { label: "car".into(), size: Some(size), key_frames, ..Options::new(format, "clip") }
 }
 
 /// The file of a format, as text.
-fn written(track: &Track, format: Format, key_frames: usize) -> String {
+fn written(track: &Track, format: Format, key_frames: KeyFrames) -> String {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
     export::write(track, &options(format, SIZE, key_frames), &out, false).unwrap();
     fs::read_to_string(out).unwrap()
 }
 
+/// Reads the length of the clip and the tracks of a file.
+type Reader = fn(&str) -> (usize, BTreeMap<u64, Vec<Key>>);
+
+/// The reader of a format with key frames, and the largest distance in pixels between a side of a box
+/// and what is read.
+fn reader(format: Format) -> (Reader, f64) {
+    match format.name {
+        "label-studio" => (read_label_studio, 5.1e-7 * SIZE.0 as f64),
+        _ => (read_cvat, 1.1e-4),
+    }
+}
+
+/// A target that moves with its own speed and acceleration, and jumps now and then.
+fn moving() -> impl Strategy<Value = Vec<[f64; 4]>> {
+    let part = ([-8.0..8.0, -8.0..8.0, -1.0..1.0, -1.0..1.0], -0.4..0.4, 1..40_usize);
+    prop::collection::vec(part, 1..6).prop_map(|parts| {
+        let (mut boxes, mut now) = (Vec::new(), [200.0, 200.0, 60.0, 40.0_f64]);
+        for (speed, more, frames) in parts {
+            for k in 0..frames {
+                boxes.push(now);
+                let pace = 1.0 + more * k as f64;
+                now = [0, 1, 2, 3].map(|side| now[side] + speed[side] * pace);
+                now = [now[0], now[1], now[2].max(4.0), now[3].max(4.0)];
+            }
+        }
+        boxes
+    })
+}
+
+fn as_box([x, y, w, h]: [f64; 4]) -> BoundingBox {
+    BoundingBox { x, y, w, h }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(250))]
+
+    /// With key frames for an overlap, what is shown overlaps the track by that much in each frame,
+    /// and no key could be left out between two that follow each other closely: a straight line has
+    /// two.
+    #[test]
+    fn interpolated_boxes_overlap_the_track_by_what_was_asked_for(
+        boxes in moving(), least in 0.3..0.99, straight in any::<bool>(),
+    ) {
+        let line = |frame: usize| {
+            let [x, y, w, h] = boxes[0];
+            [x + 2.5 * frame as f64, y - frame as f64, w, h]
+        };
+        let boxes: Vec<[f64; 4]> = match straight {
+            true => (0..boxes.len()).map(line).collect(),
+            false => boxes,
+        };
+        let state = State::Found { score: Some(0.9), status: Some(Status::Tracked) };
+        let entries = boxes.iter().enumerate().filter_map(|(k, bbox)| entry(k, 1, state, *bbox));
+        let track = Track::new(entries.collect()).unwrap().in_clip(boxes.len());
+        for format in Format::ALL.into_iter().filter(|format| format.has_key_frames) {
+            let text = written(&track, format, KeyFrames::Overlap(least));
+            let (read, accuracy) = reader(format);
+            let (_, tracks) = read(&text);
+            let shown = film(&tracks, boxes.len());
+            for (frame, bbox) in boxes.iter().enumerate() {
+                let shown = shown[&(1, frame)];
+                let overlap = as_box(shown.bbox).overlap(&as_box(*bbox));
+                prop_assert!(
+                    overlap >= least - 4.0 * accuracy, "{:?} {}: {} {}", format, frame, overlap, least
+                );
+            }
+            prop_assert!(!straight || tracks[&1].len() <= 2, "{:?} {:?}", format, tracks[&1]);
+        }
+    }
 
     /// In a clip of known length, and in one of which only the track is known. With each box a key
     /// frame, all boxes are those of the track; otherwise those that are written, and those that a
@@ -264,12 +325,9 @@ proptest! {
         let length = more.map(|more| end + more);
         let track = Track::new(entries).unwrap();
         let track = length.map_or(track.clone(), |length| track.in_clip(length));
-        for format in Format::ALL.into_iter().filter(|format| format.has_key_frames()) {
-            let text = written(&track, format, step);
-            let (read, accuracy): (fn(&str) -> _, f64) = match format {
-                Format::LabelStudio => (read_label_studio, 5.1e-7 * SIZE.0 as f64),
-                _ => (read_cvat, 1.1e-4),
-            };
+        for format in Format::ALL.into_iter().filter(|format| format.has_key_frames) {
+            let text = written(&track, format, KeyFrames::Every(step));
+            let (read, accuracy) = reader(format);
             let (of_file, tracks) = read(&text);
             prop_assert!(length.is_none_or(|length| of_file == length || tracks.is_empty()));
             let shown = film(&tracks, length.unwrap_or(end));
@@ -298,9 +356,9 @@ proptest! {
         let folder = tempfile::tempdir().unwrap();
         let out = folder.path().join("out");
         let track = Track::new(vec![entry]).unwrap();
-        for format in [Format::Yolo, Format::YoloObb] {
-            let out = out.with_extension(format.name());
-            export::write(&track, &options(format, size, 1), &out, false).unwrap();
+        for format in [format_named("yolo"), format_named("yolo-obb")] {
+            let out = out.with_extension(format.name);
+            export::write(&track, &options(format, size, KeyFrames::Every(1)), &out, false).unwrap();
             let text = fs::read_to_string(out.join("labels/train/frame_000000.txt")).unwrap();
             for line in text.lines() {
                 let numbers: Vec<f64> =

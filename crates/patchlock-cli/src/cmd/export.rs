@@ -7,7 +7,9 @@ use clap::Args;
 use clap::builder::PossibleValuesParser;
 use patchlock_studio::export as of_project;
 use patchlock_studio::project::Store;
-use patchlock_track::export::{self, Format, Options, Track};
+use patchlock_track::export::{
+    self, Format, ImageUse, KeyFrames, Options, Purpose, Selection, Track, Written,
+};
 
 use super::LimitArgs;
 use crate::failure::{Failure, failed, interrupted, say, usage};
@@ -18,48 +20,36 @@ const EXAMPLES: &str = "\
 EXAMPLES:
   patchlock export track.csv --format mot --out track.txt
       a text file in the format of MOTChallenge, for TrackEval and motmetrics
-  patchlock export track.csv --format cvat --keyframes 10 --label car \\
+  patchlock export track.csv --format cvat --key-frames 0.9 --label car \\
     --images video.mp4 --out track.xml
       for correction in CVAT: Upload annotations, CVAT 1.1; the number of frames
       is that of the video
   patchlock export video.patchlock.json --format coco --out video.json
       the targets of a project, with their labels
-  patchlock export track.csv --format yolo --images video.mp4 --out dataset
-      a folder for training a detector, with the frames of the video as images
+  patchlock export track.csv --format yolo --every 5 --min-score 0.8 \\
+    --images video.mp4 --out dataset
+      a folder for training a detector, with every 5th frame of the video as an
+      image, unless a target in it is not tracked or has a lower score
   patchlock export clips --all --format yolo --out dataset --val 0.2
       all projects in the folder clips as one data set, a fifth of the clips for
       validation
 
 FORMATS:
-  mot     a text file: frame,id,left,top,width,height,confidence (the
-          score),-1,-1,-1; counted from 1
-  coco    a JSON file: COCO with videos, tracks and track_id; the rotated
-          outline is the segmentation
-  cvat    an XML file: CVAT for video 1.1; targets with a score below 0.5 are
-          marked as occluded
-  cvat-obb  the same with the rotated outline: the box and its rotation; only
-          for tables of patchlock track
-  yolo    a folder: data.yaml and labels/train; boxes are clipped to the frame,
-          ids are lost
-  yolo-obb  the same with the corners of the rotated outline in place of the
-          box; only for tables of patchlock track
-  voc     a folder: Annotations and JPEGImages, Pascal VOC; boxes are clipped to
-          the frame, ids are lost
-  label-studio  a JSON file: a task with a prediction, for VideoRectangle
-  lasot   a folder: <label>/<label>-<id>/groundtruth.txt for each target, with
-          its flags
-  got10k  a folder: <name>_<id>/groundtruth.txt for each target, with its
-          labels; and list.txt
-  csv     for projects only: a table of all targets and frames
+";
 
-Frames in which a target is lost (column status) are marked: in mot by
-confidence 0, in coco by the attribute status, in cvat as outside, in
-label-studio by the end of an interval, in lasot as full occlusion, in got10k as
-absence. In yolo, yolo-obb and voc these frames are left out. If the row has no
-box either, there is no line in mot and no annotation in coco. cvat and
-label-studio mark frames without a row like those without a box: the tools show
-each target in the frames in which it has a box, and in no other. Without a
-project or --images, the clip ends with the last row.
+const NOTES: &str = "\
+BOXES:
+Formats to train a detector get only tracked boxes and those that a person has
+drawn. A frame with another box or with a lost target is left out completely:
+a detector would learn that a target without its box is background. The other
+formats get all boxes; they mark frames in which a target is lost. --status,
+--min-score and --every choose other boxes. The message counts what is left out
+and what is doubtful. A box that a person has drawn is always certain.
+
+If the row of a lost target has no box, there is no line in mot and no
+annotation in coco. cvat and label-studio mark frames without a row like those
+without a box: the tools show each target in the frames in which it has a box,
+and in no other. Without a project or --images, the clip ends with the last row.
 
 With --all the output is a folder. Class ids agree in all formats: they follow
 the list of labels. coco has annotations/instances_train.json and images, yolo
@@ -67,13 +57,52 @@ and voc are one set, the other formats, csv too, have files or folders of each
 clip, in train and val if there is --val. Frames come from videos in the folder
 of their projects. Clips without boxes are left out.";
 
-/// Converts a track for other tools: MOT, COCO, CVAT, YOLO, VOC, Label Studio, LaSOT, GOT-10k
+/// The text below the options: examples, the formats and notes.
+fn after_help() -> String {
+    let format = |format: &Format| {
+        let lost = match format.lost {
+            Some(mark) => format!("; lost: {mark}"),
+            None => String::new(),
+        };
+        entry(format.name, &format!("{}{lost}", format.content))
+    };
+    let formats: String = Format::ALL.iter().map(format).collect();
+    let csv = entry("csv", "for projects only: a table of all targets and frames");
+    format!("{EXAMPLES}{formats}{csv}\n{NOTES}")
+}
+
+/// An entry of the list of formats, in lines of at most 80 columns.
+fn entry(name: &str, text: &str) -> String {
+    const INDENT: usize = 16;
+    let mut lines = vec![format!("  {name:<width$}", width = INDENT - 2)];
+    for word in text.split(' ') {
+        let last = lines.last_mut().filter(|line| line.len() + word.len() < 80);
+        match last {
+            Some(line) if line.len() == INDENT => *line += word,
+            Some(line) => *line += &format!(" {word}"),
+            None => lines.push(" ".repeat(INDENT) + word),
+        }
+    }
+    lines.join("\n") + "\n"
+}
+
+/// The names of the formats that are so.
+fn names(is: impl Fn(&Format) -> bool) -> String {
+    let names: Vec<&str> =
+        Format::ALL.iter().filter(|format| is(format)).map(|format| format.name).collect();
+    match names.split_last() {
+        Some((last, others)) if !others.is_empty() => format!("{} and {last}", others.join(", ")),
+        _ => names.concat(),
+    }
+}
+
+/// Converts a track for other tools: MOT, COCO, CVAT, YOLO, VOC, Label Studio and others
 ///
 /// TRACK is a .csv or .jsonl table of patchlock track, a .txt file of track or bench with one box
 /// per line, counted from 1, or a project (.json); with --all, a folder of projects. The output is
 /// complete or absent.
 #[derive(Debug, Args)]
-#[command(after_help = EXAMPLES)]
+#[command(after_help = after_help())]
 pub struct ExportArgs {
     /// The track (.csv, .jsonl, .txt) or project (.json); with --all, a folder of projects
     track: PathBuf,
@@ -95,18 +124,24 @@ pub struct ExportArgs {
     #[arg(long, value_name = "NAME", value_parser = formats())]
     format: String,
 
-    /// The file to write for mot, coco, cvat, cvat-obb and label-studio; the folder to create for the others
-    #[arg(long, value_name = "PATH")]
+    #[arg(long, value_name = "PATH", help = format!(
+        "The file to write for {}; the folder to create for the others", names(Format::is_file)
+    ))]
     out: PathBuf,
 
-    /// Width and height of the frames in pixels [default: from the images or TRACK]; mot and lasot
-    /// do not need it
-    #[arg(long, value_name = "WxH")]
+    #[arg(long, value_name = "WxH", help = format!(
+        "Width and height of the frames in pixels [default: from the images or TRACK]; not needed for {}",
+        names(|format| !format.needs_size)
+    ))]
     size: Option<String>,
 
-    /// The folder of the frames, or the video. yolo, voc, lasot and got10k copy the frames of the
-    /// track; coco refers to them by name; cvat and label-studio have their number
-    #[arg(long, value_name = "PATH")]
+    #[arg(long, value_name = "PATH", help = format!(
+        "The folder of the frames, or the video. {} copy the frames of the track; {} refers to them by name; \
+         {} have their number",
+        names(Format::holds_frames),
+        names(|format| format.images == ImageUse::Named),
+        names(|format| format.images == ImageUse::Measured)
+    ))]
     images: Option<PathBuf>,
 
     /// Also copy images that are links to files outside the folder of --images
@@ -116,10 +151,30 @@ pub struct ExportArgs {
     #[command(flatten)]
     limits: LimitArgs,
 
-    /// Make every Nth frame a key frame, and each frame where something changes. Only for cvat and
-    /// label-studio, which interpolate between key frames
-    #[arg(long, value_name = "N", default_value = "1")]
-    keyframes: usize,
+    #[arg(long, value_name = "N|IOU", default_value = "1", help = format!(
+        "A whole number makes every Nth frame a key frame, besides each frame where something changes. \
+         A number below 1, such as 0.9, takes as few as are needed for interpolated boxes to overlap \
+         those of the track by at least this IoU. Only for {}, which interpolate between key frames",
+        names(|format| format.has_key_frames)
+    ))]
+    key_frames: f64,
+
+    #[arg(long, value_name = "STATUS,...", help = format!(
+        "Write only boxes with these statuses: tracked, uncertain, lost [default: tracked for {}, all \
+         for the others]",
+        names(|format| format.purpose == Purpose::Training)
+    ))]
+    status: Option<String>,
+
+    /// Write only boxes with at least this score, from 0 to 1
+    #[arg(long, value_name = "S")]
+    min_score: Option<f64>,
+
+    #[arg(long, value_name = "N", default_value = "1", help = format!(
+        "Write only every Nth frame: 0, N, 2N and so on. Not for {}, which have all frames",
+        names(|format| format.has_key_frames)
+    ))]
+    every: usize,
 
     /// Class of the targets [default: target]; the targets of a project have labels
     #[arg(long, value_name = "NAME")]
@@ -136,7 +191,7 @@ pub struct ExportArgs {
 
 /// The names of all formats, which shells complete.
 fn formats() -> PossibleValuesParser {
-    let names = Format::ALL.map(Format::name).into_iter();
+    let names = Format::ALL.iter().map(|format| format.name);
     PossibleValuesParser::new(names.chain([of_project::Format::Csv.name()]))
 }
 
@@ -169,12 +224,15 @@ fn export_project(args: &ExportArgs) -> Result<()> {
         let project = store.project();
         return export_track(args, &track, of_project::classes(&project.labels, [project]));
     }
-    let limits = args.limits.limits();
-    let options =
-        of_project::Options { format, name: String::new(), frames: false, key_frames: 1, limits };
-    let files =
+    let options = of_project::Options {
+        selection: args.selection()?,
+        key_frames: args.key_frames()?,
+        limits: args.limits.limits(),
+        ..of_project::Options::new(format, "")
+    };
+    let written =
         of_project::write(store.project(), store.video(), &options, &args.out, args.overwrite);
-    conclude(args, &track, files.map_err(Failure::from)?, 0);
+    conclude(args, &written.map_err(Failure::from)?);
     Ok(())
 }
 
@@ -199,7 +257,8 @@ fn export_all(args: &ExportArgs) -> Result<()> {
         format,
         name: args.name.clone().unwrap_or_else(of_folder),
         frames: !args.no_frames,
-        key_frames: args.keyframes,
+        selection: args.selection()?,
+        key_frames: args.key_frames()?,
         limits: args.limits.limits(),
     };
     if options.frames && format.copies_frames() {
@@ -225,13 +284,17 @@ fn export_all(args: &ExportArgs) -> Result<()> {
 }
 
 /// Says what was written of all clips.
-fn say_all(args: &ExportArgs, written: &of_project::Written) {
-    let of_project::Written { files, boxes, targets, train, val, empty } = written;
+fn say_all(args: &ExportArgs, written: &of_project::OfAll) {
+    let of_project::OfAll { written, train, val, empty } = written;
     let clips = train.len() + val.len();
     say(&format!(
-        "{}: {boxes} boxes of {targets} targets in {clips} clips, {files} files",
-        args.out.display()
+        "{}: {} boxes of {} targets in {clips} clips, {} files",
+        args.out.display(),
+        written.boxes.boxes,
+        written.targets,
+        written.files
     ));
+    say_remarks(written);
     if !val.is_empty() {
         say(&format!("for validation: {}", val.join(", ")));
     }
@@ -250,34 +313,49 @@ fn export_track(args: &ExportArgs, track: &Track, labels: Vec<String>) -> Result
         size: args.size.as_deref().map(parse_size).transpose()?,
         images: args.images.clone(),
         follow_links: args.follow_links,
-        key_frames: args.keyframes,
+        selection: args.selection()?,
+        key_frames: args.key_frames()?,
         limits: args.limits.limits(),
     };
     interrupt::listen()?;
     let stopped = &interrupt::requested;
     match export::write_unless(track, &options, &args.out, args.overwrite, stopped) {
-        Ok(files) => {
-            let lost = if options.format.leaves_out_lost() { track.lost_boxes() } else { 0 };
-            conclude(args, track, files, lost);
-        }
+        Ok(written) => conclude(args, &written),
         Err(_) if stopped() => return Err(interrupted("stopped; nothing was written").into()),
         Err(error) => return Err(Failure::from(error).into()),
     }
     Ok(())
 }
 
-/// Says what was written; `lost` boxes were not.
-fn conclude(args: &ExportArgs, track: &Track, files: usize, lost: usize) {
-    let (targets, boxes) = (track.ids().len(), track.boxes() - lost);
+/// Says what was written.
+fn conclude(args: &ExportArgs, written: &Written) {
+    let Written { files, targets, boxes, .. } = written;
     let plural = |count: usize| if count == 1 { "" } else { "s" };
-    let without = if lost > 0 { format!("; without {lost} of lost frames") } else { String::new() };
     say(&format!(
-        "{}: {boxes} box{} of {targets} target{} in {files} file{}{without}",
+        "{}: {} box{} of {targets} target{} in {files} file{}",
         args.out.display(),
-        if boxes == 1 { "" } else { "es" },
-        plural(targets),
-        plural(files)
+        boxes.boxes,
+        if boxes.boxes == 1 { "" } else { "es" },
+        plural(*targets),
+        plural(*files)
     ));
+    say_remarks(written);
+}
+
+/// Says what was left out and what is doubtful.
+fn say_remarks(written: &Written) {
+    written.remarks().iter().for_each(|remark| say(remark));
+}
+
+impl ExportArgs {
+    fn selection(&self) -> Result<Selection, Failure> {
+        let status = self.status.as_deref().map(Selection::statuses).transpose()?;
+        Ok(Selection { status, min_score: self.min_score, every: self.every })
+    }
+
+    fn key_frames(&self) -> Result<KeyFrames, Failure> {
+        Ok(KeyFrames::of(self.key_frames)?)
+    }
 }
 
 fn stem(path: &Path) -> String {

@@ -111,7 +111,7 @@ fn errors_name_their_cause() {
             2,
             "the size as given is 4 x 3, but in the file of the track it is 96 x 72",
         ),
-        (&["a.csv", "--format", "mot", "--out", "x", "--keyframes", "5"], 2, "no key frames"),
+        (&["a.csv", "--format", "mot", "--out", "x", "--key-frames", "5"], 2, "no key frames"),
         (&["a.csv", "--format", "coco", "--out", "x", "--size", "4by3"], 2, "4by3 is not a size"),
         (&["a.xls", "--format", "mot", "--out", "x"], 2, ".csv, .jsonl or .txt"),
         (&["no.csv", "--format", "mot", "--out", "x"], 1, "cannot read no.csv"),
@@ -156,15 +156,31 @@ fn a_huge_frame_number_is_an_error_with_its_line() {
 }
 
 #[test]
-fn boxes_of_lost_frames_are_counted_only_where_they_are_written() {
+fn what_is_left_out_or_doubtful_is_counted() {
     let bench = Bench::new();
-    let rows =
-        "frame,x,y,w,h,status,frame_w,frame_h\n0,1,1,9,9,tracked,96,72\n1,1,1,9,9,lost,96,72\n";
+    let rows = "frame,x,y,w,h,score,status,frame_w,frame_h\n0,1,1,9,9,0.9,tracked,96,72\n\
+                1,1,1,9,9,0.3,lost,96,72\n2,1,1,9,9,0.6,uncertain,96,72\n3,1,1,9,9,0.7,tracked,96,72\n";
     fs::write(bench.path("t.csv"), rows).unwrap();
-    let said = |format: &str, said: &'static str| {
-        let args = ["t.csv", "--format", format, "--out", &format!("out.{format}")];
-        export(&bench, &args).success().stderr(predicate::str::contains(said));
+    let said = |format: &str, more: &[&str], out: &str, said: &'static str| {
+        let args = ["t.csv", "--format", format, "--out", out];
+        export(&bench, &[&args, more].concat()).success().stderr(predicate::str::contains(said));
     };
-    said("yolo", "1 box of 1 target in 2 files; without 1 of lost frames");
-    said("coco", "2 boxes of 1 target in 1 file\n");
+    let two = "2 boxes of 1 target in 3 files\nleft out 2 of 4 boxes: 1 uncertain, 1 lost\n";
+    said("yolo", &[], "a", two);
+    said("coco", &[], "b", "left out 2 of 4 boxes: 1 uncertain, 1 lost\n");
+    said("mot", &[], "c", "in 1 file\ndoubtful among the 4 boxes written: 1 uncertain, 1 lost\n");
+    let chosen = ["--status", "tracked,uncertain", "--min-score", "0.65", "--every", "3"];
+    said("yolo", &chosen, "d", "left out 2 of 4 boxes: 2 in the frames between\n");
+    said("mot", &["--min-score", "0.65"], "e", "left out 2 of 4 boxes: 2 with a lower score\n");
+    let refused = |more: &[&str], words: &'static str| {
+        let args = ["t.csv", "--format", "yolo", "--out", "x"];
+        export(&bench, &[&args, more].concat()).code(2).stderr(predicate::str::contains(words));
+    };
+    refused(
+        &["--status", "gone"],
+        "there is no status \"gone\"; allowed: tracked, uncertain, lost",
+    );
+    refused(&["--min-score", "7"], "the least score is 7; allowed: 0 to 1");
+    refused(&["--every", "0"], "every 0th frame cannot be written");
+    refused(&["--status", "uncertain", "--min-score", "0.9"], "no box is to be written");
 }

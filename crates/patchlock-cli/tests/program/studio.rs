@@ -231,7 +231,9 @@ fn an_edit_that_could_not_be_written_is_written_or_reported_at_the_end() {
 #[test]
 fn projects_are_in_a_folder_of_their_own() {
     let bench = Bench::new();
-    ["share/a/f", "share/b/f"].map(|folder| bench.images(folder, 2));
+    for folder in ["share/a/f", "share/b/f"] {
+        bench.images(folder, 2);
+    }
     let args = ["share/a/f", "share/b/f", "--projects", "mine/projects"];
     let studio = Studio::new(&bench, &args);
     for clip in ["1", "2"] {

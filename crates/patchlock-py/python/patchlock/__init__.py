@@ -23,7 +23,7 @@ unknown setting of a `Config` `AttributeError`, and a file that can't be read `O
 allowed. A tracker is unchanged by a call that fails. """
 
 from patchlock import rerun
-from patchlock._export import export
+from patchlock._export import export, export_formats
 from patchlock._patchlock import (
     PRESETS,
     CommitteeObservation,
@@ -81,6 +81,7 @@ __all__ = [
     "Visibility",
     "__version__",
     "export",
+    "export_formats",
     "parameters",
     "read_track",
     "read_tracks",

@@ -1246,13 +1246,17 @@ class Project:
         """Makes the change again that was taken back last; `False` if there is none."""
 
     def import_file(
-        self, file: str | os.PathLike[str], format: Literal["csv", "mot", "cvat", "coco"]
+        self,
+        file: str | os.PathLike[str],
+        format: Literal["csv", "mot", "cvat", "coco", "label-studio", "yolo", "voc"],
     ) -> list[int]:
         """Adds the targets of a file of another tool, or of a table.
 
+        A warning says what was left out, and how images were matched with frames if not by their names.
+
         Args:
-            file: The file to read.
-            format: `"csv"` (also JSON lines), `"mot"`, `"cvat"` or `"coco"`.
+            file: The file to read; for yolo and voc the folder of the files, which may be in folders of it.
+            format: `"csv"` (also JSON lines), `"mot"`, `"cvat"`, `"coco"`, `"label-studio"`, `"yolo"` or `"voc"`.
 
         Returns:
             The ids of the new targets.
@@ -1264,12 +1268,15 @@ class Project:
 
     def export(
         self,
-        format: Literal["csv", "mot", "coco", "cvat", "yolo", "voc", "label-studio", "lasot", "got10k"],
+        format: str,
         out: str | os.PathLike[str],
         *,
         frames: bool = False,
         name: str | None = None,
-        key_frames: int = 1,
+        status: str | Sequence[str] | None = None,
+        min_score: float | None = None,
+        every: int = 1,
+        key_frames: float = 1,
         overwrite: bool = False,
     ) -> int:
         """Writes the project in the format of another tool, or as a table.
@@ -1281,6 +1288,9 @@ class Project:
             out: The file or folder to create. A folder must be empty or not exist yet.
             frames: Copy the frames into formats that include them.
             name: Name of the video; `None` for that of its file.
+            status: As in `patchlock.export`.
+            min_score: As in `patchlock.export`.
+            every: As in `patchlock.export`.
             key_frames: As in `patchlock.export`.
             overwrite: Replace an existing file. A folder that is not empty is never replaced.
 

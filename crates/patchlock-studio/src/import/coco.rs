@@ -1,11 +1,12 @@
 //! COCO, with or without tracks.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use patchlock::{BoundingBox, Status};
 use serde::Deserialize;
 use serde_json::Value;
 
+use super::images::Numbers;
 use super::{Found, Outcome, Row};
 
 #[derive(Deserialize)]
@@ -38,7 +39,7 @@ struct Category {
 struct Annotation {
     image_id: u64,
     category_id: Option<u64>,
-    bbox: [f64; 4],
+    bbox: Option<[f64; 4]>,
     track_id: Option<Value>,
     instance_id: Option<Value>,
     score: Option<f64>,
@@ -66,43 +67,66 @@ pub fn read(text: &str, found: &mut Found<'_>) -> Outcome {
         let count = document.videos.len();
         return Err(format!("the file has {count} videos; a project has one"));
     }
+    let annotated: HashSet<u64> = document.annotations.iter().map(|it| it.image_id).collect();
+    let numbers = numbers(&document.images, found)?;
     let mut frames = HashMap::new();
     for image in &document.images {
-        let frame = frame_of(image)?;
         let wrong = |reason| format!("image {}: {reason}", image.id);
         found.check_size(image.width.zip(image.height)).map_err(wrong)?;
-        if frames.insert(image.id, frame).is_some() {
+        let is_needed = annotated.contains(&image.id);
+        let frame = is_needed.then(|| frame_of(image, found, numbers.as_ref())).transpose();
+        if frames.insert(image.id, frame.map_err(wrong)?).is_some() {
             return Err(format!("there are two images with the id {}", image.id));
         }
     }
+    found.notes.extend(numbers.map(|numbers| numbers.note));
     let names: HashMap<u64, &str> =
         document.categories.iter().map(|category| (category.id, category.name.as_str())).collect();
     for (k, annotation) in document.annotations.iter().enumerate() {
+        let wrong = |reason| format!("annotation {}: {reason}", k + 1);
+        let Some([x, y, w, h]) = annotation.bbox else {
+            found.leave_out("annotation without a box");
+            continue;
+        };
         annotation
-            .row(&frames, &names)
+            .row(BoundingBox { x, y, w, h }, &frames, &names)
             .and_then(|row| found.add(&row))
-            .map_err(|reason| format!("annotation {}: {reason}", k + 1))?;
+            .map_err(wrong)?;
     }
     Ok(())
 }
 
-fn frame_of(image: &Image) -> Outcome<usize> {
-    let stem = image.file_name.rsplit_once('.').map_or(image.file_name.as_str(), |(stem, _)| stem);
-    let number = &stem[stem.trim_end_matches(|c: char| c.is_ascii_digit()).len()..];
-    image.frame_id.or_else(|| number.parse().ok()).ok_or_else(|| {
-        format!(
-            "the image {:?} has no frame_id, and no number at the end of its name",
-            image.file_name
-        )
-    })
+/// The numbers of the images, if these alone say which frames they are: without a frame_id, in a
+/// video.
+fn numbers(images: &[Image], found: &Found<'_>) -> Outcome<Option<Numbers>> {
+    let unknown = || images.iter().filter(|image| image.frame_id.is_none());
+    match found.images.have_names() || unknown().next().is_none() {
+        true => Ok(None),
+        false => Numbers::new(unknown().map(|image| image.file_name.as_str())).map(Some),
+    }
+}
+
+/// The frame of an image: by its name in a folder, which says more than a number.
+fn frame_of(image: &Image, found: &Found<'_>, numbers: Option<&Numbers>) -> Outcome<usize> {
+    let name = &image.file_name;
+    let named = || found.images.named(name);
+    match (image.frame_id, numbers) {
+        (None, Some(numbers)) => numbers.frame(name),
+        (Some(frame), _) => Ok(named().unwrap_or(frame)),
+        (None, None) => named(),
+    }
 }
 
 impl Annotation {
-    fn row(&self, frames: &HashMap<u64, usize>, names: &HashMap<u64, &str>) -> Outcome<Row> {
+    fn row(
+        &self,
+        bbox: BoundingBox,
+        frames: &HashMap<u64, Option<usize>>,
+        names: &HashMap<u64, &str>,
+    ) -> Outcome<Row> {
         let image = self.image_id;
-        let frame = frames.get(&image).copied();
+        let frame = frames.get(&image).copied().flatten();
         let frame = frame.ok_or_else(|| format!("there is no image with the id {image}"))?;
-        let [x, y, w, h] = self.bbox;
         let track = [&self.track_id, &self.instance_id, &self.attributes.track_id];
         let track = track.into_iter().flatten().find(|value| !value.is_null());
         let label = self.category_id.map(|category| {
@@ -113,7 +137,7 @@ impl Annotation {
             frame,
             track: track.map(|value| value.to_string()),
             label: label.transpose()?,
-            bbox: Some(BoundingBox { x, y, w, h }),
+            bbox: Some(bbox),
             key: self.attributes.keyframe,
             occluded: self.attributes.occluded,
             truncated: self.attributes.truncated,

@@ -1,4 +1,4 @@
-//! "CVAT for video 1.1": tracks with boxes.
+//! "CVAT for video 1.1": tracks with boxes; and "CVAT for images 1.1": images with boxes.
 
 use patchlock::BoundingBox;
 use patchlock_track::attributes::RESERVED;
@@ -18,10 +18,7 @@ pub fn read(text: &str, found: &mut Found<'_>) -> Outcome {
     while let Some(child) = xml.child()? {
         match child.name.as_str() {
             "track" => add_track(&mut xml, &child, found)?,
-            "image" => {
-                return Err("it is \"CVAT for images\"; export the task as \"CVAT for video 1.1\""
-                    .to_owned());
-            }
+            "image" => add_image(&mut xml, &child, found)?,
             _ if size.is_none() => {
                 size = read_meta(&mut xml, found)?;
                 found.check_size(size)?;
@@ -133,18 +130,18 @@ fn add_track(xml: &mut Xml<'_>, track: &Element, found: &mut Found<'_>) -> Outco
     while let Some(element) = xml.child()? {
         match element.name.as_str() {
             "box" => {
-                let read = Outlined::read(&element, id, label);
-                let mut shape =
-                    read.map_err(|reason| format!("line {}: {reason}", xml.line_of(&element)))?;
-                while let Some(child) = xml.child()? {
-                    let value = xml.text()?;
-                    match child.attribute("name").filter(|_| child.name == "attribute") {
-                        Some(TRUNCATED) => shape.row.truncated |= value == "true",
-                        Some(name) => shape.row.values.push((name.to_owned(), value)),
-                        None => {}
-                    }
+                let frame = required(xml, &element, "frame")?;
+                let frame = frame.parse().map_err(|_| {
+                    format!("line {}: the frame is {frame:?}", xml.line_of(&element))
+                })?;
+                let shape = Outlined::read(xml, &element, frame, label)?;
+                if shape.outside && frame >= found.video.frames {
+                    // CVAT ends a track so after the last frame of a job.
+                    found.leave_out("box outside after the last frame");
+                    continue;
                 }
-                boxes.push((shape, element));
+                let row = Row { track: Some(id.to_owned()), ..shape.row };
+                boxes.push((Outlined { row, ..shape }, element));
             }
             "attribute" => {
                 let name = required(xml, &element, "name")?;
@@ -152,10 +149,8 @@ fn add_track(xml: &mut Xml<'_>, track: &Element, found: &mut Found<'_>) -> Outco
                 found.target(Some(id), Some(label)).attributes.insert(name, value);
             }
             shape => {
-                let line = xml.line_of(&element);
-                return Err(format!(
-                    "line {line}: the track {id} has a {shape}; only boxes are read"
-                ));
+                found.leave_out(shape);
+                xml.text()?;
             }
         }
     }
@@ -172,16 +167,63 @@ fn add_track(xml: &mut Xml<'_>, track: &Element, found: &mut Found<'_>) -> Outco
     Ok(())
 }
 
-/// A box of a track.
+/// Adds the boxes of an image, each of which is a target of its own.
+fn add_image(xml: &mut Xml<'_>, image: &Element, found: &mut Found<'_>) -> Outcome {
+    let mut boxes = Vec::new();
+    while let Some(element) = xml.child()? {
+        if element.name == "box" {
+            let label = attribute(&element, "label");
+            let label =
+                label.map_err(|reason| format!("line {}: {reason}", xml.line_of(&element)))?;
+            boxes.push(Outlined::read(xml, &element, 0, label)?);
+        } else {
+            found.leave_out(&element.name);
+            xml.text()?;
+        }
+    }
+    if boxes.is_empty() {
+        return Ok(());
+    }
+    let frame = || match found.images.have_names() {
+        true => found.images.named(attribute(image, "name")?),
+        false => {
+            let id = attribute(image, "id")?;
+            id.parse().map_err(|_| format!("the id is {id:?}, not the number of a frame"))
+        }
+    };
+    // The line is looked for only if it is needed.
+    let wrong = |reason| format!("line {}: {reason}", xml.line_of(image));
+    let frame = frame().map_err(wrong)?;
+    for shape in boxes {
+        found.add(&Row { frame, ..shape.row }).map_err(wrong)?;
+    }
+    Ok(())
+}
+
+/// A box of a track or of an image.
 struct Outlined {
     row: Row,
     outside: bool,
 }
 
 impl Outlined {
-    fn read(element: &Element, id: &str, label: &str) -> Outcome<Self> {
-        let frame = attribute(element, "frame")?;
-        let frame = frame.parse().map_err(|_| format!("the frame is {frame:?}"))?;
+    /// Reads the open element to its end.
+    fn read(xml: &mut Xml<'_>, element: &Element, frame: usize, label: &str) -> Outcome<Self> {
+        let read = Self::of(element, frame, label);
+        let mut shape =
+            read.map_err(|reason| format!("line {}: {reason}", xml.line_of(element)))?;
+        while let Some(child) = xml.child()? {
+            let value = xml.text()?;
+            match child.attribute("name").filter(|_| child.name == "attribute") {
+                Some(TRUNCATED) => shape.row.truncated |= value == "true",
+                Some(name) => shape.row.values.push((name.to_owned(), value)),
+                None => {}
+            }
+        }
+        Ok(shape)
+    }
+
+    fn of(element: &Element, frame: usize, label: &str) -> Outcome<Self> {
         let number = |name: &str| {
             let text = attribute(element, name)?;
             text.parse::<f64>().map_err(|_| format!("{name} is {text:?}, not a number"))
@@ -197,7 +239,6 @@ impl Outlined {
         let outside = is("outside");
         let row = Row {
             frame,
-            track: Some(id.to_owned()),
             label: Some(label.to_owned()),
             bbox: Some(bbox).filter(|_| !outside),
             hidden: outside,

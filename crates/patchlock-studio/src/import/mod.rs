@@ -5,15 +5,21 @@
 
 mod coco;
 mod cvat;
+mod images;
+mod label_studio;
 mod mot;
 mod spans;
 mod table;
+mod voc;
 mod xml;
+mod yolo;
 
 use std::collections::{BTreeMap, HashMap};
 
 use patchlock::{BoundingBox, Status};
 
+use self::images::Images;
+pub use self::images::names_of;
 use self::spans::Spans;
 use crate::project::{Attribute, Edit, Error, Key, Label, Project, Target, Tracked, Video, check};
 
@@ -29,19 +35,40 @@ pub enum Format {
     /// counted from one. Confidence 0 means lost. Ground truth has a class, which becomes the label
     /// `class N`, and the visible share.
     Mot,
-    /// "CVAT for video 1.1": an XML file. From a box that is outside to the next one that is not,
-    /// the target is hidden. Of a rotated box, the upright one around it is read. Attributes are
-    /// read with their declarations.
+    /// "CVAT for video 1.1" or "CVAT for images 1.1": an XML file. From a box that is outside to the
+    /// next one that is not, the target is hidden. Of a rotated box, the upright one around it is
+    /// read. Attributes are read with their declarations. In a folder, the frame of an image is that
+    /// with its name; in a video, its `id`. Boxes of images are targets of their own.
     Cvat,
-    /// A JSON file in the format of COCO. The frame of an image is its `frame_id`, or the number at
-    /// the end of its name, counted from 0. Annotations of one target have the same `track_id`,
-    /// `instance_id` or attribute `track_id`; others are targets of their own.
+    /// A JSON file in the format of COCO. In a folder, the frame of an image is that with its name, or
+    /// its `frame_id`; in a video, its `frame_id`, or the number at the end of its name, counted from
+    /// the lowest one, or from 0 for names such as `frame_000012`. Annotations of one target have the same `track_id`, `instance_id` or attribute
+    /// `track_id`; others are targets of their own.
     Coco,
+    /// A JSON file of Label Studio: the key frames of a video, or rectangles of images.
+    LabelStudio,
+    /// YOLO: text files with the names of the images, and one with the names of the classes
+    /// (`data.yaml`, `classes.txt` or `obj.names`). Boxes are targets of their own. Images are found
+    /// as with [`Format::Coco`].
+    Yolo,
+    /// Pascal VOC: XML files, of which each names its image. Boxes are targets of their own. Images
+    /// are found as with [`Format::Coco`].
+    Voc,
+}
+
+/// A file to import.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct File {
+    /// Its name, which may have a path.
+    pub name: String,
+    /// Its bytes.
+    pub content: Vec<u8>,
 }
 
 impl Format {
     /// All formats.
-    pub const ALL: [Self; 4] = [Self::Csv, Self::Mot, Self::Cvat, Self::Coco];
+    pub const ALL: [Self; 7] =
+        [Self::Csv, Self::Mot, Self::Cvat, Self::Coco, Self::LabelStudio, Self::Yolo, Self::Voc];
 
     /// The name on the command line.
     pub fn name(self) -> &'static str {
@@ -50,6 +77,22 @@ impl Format {
             Self::Mot => "mot",
             Self::Cvat => "cvat",
             Self::Coco => "coco",
+            Self::LabelStudio => "label-studio",
+            Self::Yolo => "yolo",
+            Self::Voc => "voc",
+        }
+    }
+
+    /// The name for people, with the endings of its files.
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Csv => "Patchlock table (.csv, .jsonl)",
+            Self::Mot => "MOTChallenge (.txt)",
+            Self::Cvat => "CVAT for video or for images 1.1 (.xml)",
+            Self::Coco => "COCO (.json)",
+            Self::LabelStudio => "Label Studio (.json)",
+            Self::Yolo => "YOLO (.txt of all images, with data.yaml or classes.txt)",
+            Self::Voc => "Pascal VOC (.xml of all images)",
         }
     }
 
@@ -63,6 +106,11 @@ impl Format {
             Error::Import(format!("there is no format {name:?}; the formats are {known}"))
         })
     }
+
+    /// Whether the format has a file for each image, and not one for all.
+    pub fn has_files(self) -> bool {
+        matches!(self, Self::Yolo | Self::Voc)
+    }
 }
 
 /// What a file has.
@@ -72,6 +120,9 @@ pub struct Imported {
     pub targets: Vec<Target>,
     /// The attributes that it declares for labels of its targets.
     pub declared: BTreeMap<String, Vec<Attribute>>,
+    /// What is to be known before the targets are added, in sentences: how images were matched with
+    /// frames, and what was left out.
+    pub notes: Vec<String>,
 }
 
 impl Imported {
@@ -101,24 +152,60 @@ impl Imported {
 }
 
 /// Reads the targets of a file. Those without a label in the file get the first of the project.
+/// `images` are the names of the frames, as [`names_of`] gives them. Shapes other than boxes are left
+/// out.
 ///
 /// # Errors
 /// [`Error::Import`] if the text is not in this format, or has boxes that the project cannot have;
 /// it names the place.
-pub fn read(format: Format, text: &[u8], project: &Project) -> Result<Imported, Error> {
-    let text = std::str::from_utf8(text)
-        .map_err(|error| Error::Import(format!("the file is not text in UTF-8: {error}")))?;
-    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+pub fn read(
+    format: Format,
+    text: &[u8],
+    project: &Project,
+    images: &[String],
+) -> Result<Imported, Error> {
+    let file = File { name: String::new(), content: text.to_vec() };
+    read_files(format, &[file], project, images)
+}
+
+/// As [`read`], of several files for [`Format::Yolo`] and [`Format::Voc`].
+///
+/// # Errors
+/// As [`read`]; [`Error::Import`] if there are several files of another format, or none.
+pub fn read_files(
+    format: Format,
+    files: &[File],
+    project: &Project,
+    images: &[String],
+) -> Result<Imported, Error> {
     let label = project.labels.first().map_or("target", |label| &label.name);
-    let mut found = Found::new(&project.video, label);
+    let mut found = Found::new(&project.video, label, images);
+    read_into(format, files, &mut found).map_err(Error::Import)?;
+    found.finish().map_err(Error::Import)
+}
+
+fn read_into(format: Format, files: &[File], found: &mut Found<'_>) -> Outcome {
     let read = match format {
         Format::Csv => table::read,
         Format::Mot => mot::read,
         Format::Cvat => cvat::read,
         Format::Coco => coco::read,
+        Format::LabelStudio => label_studio::read,
+        Format::Yolo => return yolo::read(files, found),
+        Format::Voc => return voc::read(files, found),
     };
-    read(text, &mut found).map_err(Error::Import)?;
-    found.finish().map_err(Error::Import)
+    let [file] = files else {
+        let (name, count) = (format.name(), files.len());
+        return Err(format!("{name} is one file, and {count} are given"));
+    };
+    read(text_of(&file.content)?, found)
+}
+
+/// The text of a file.
+fn text_of(content: &[u8]) -> Outcome<&str> {
+    let text = std::str::from_utf8(content);
+    let text = text.map_err(|error| format!("the file is not text in UTF-8: {error}"))?;
+    Ok(text.strip_prefix('\u{feff}').unwrap_or(text))
 }
 
 type Outcome<T = ()> = Result<T, String>;
@@ -156,10 +243,16 @@ struct Found<'a> {
     places: HashMap<String, usize>,
     /// The attributes that the file declares, by label.
     declared: BTreeMap<String, Vec<Attribute>>,
+    /// The names of the frames.
+    images: Images,
+    /// What is to be said besides.
+    notes: Vec<String>,
+    /// The numbers of shapes that are left out, by what they are.
+    left_out: BTreeMap<String, usize>,
 }
 
 impl<'a> Found<'a> {
-    fn new(video: &'a Video, label: &'a str) -> Self {
+    fn new(video: &'a Video, label: &'a str, images: &[String]) -> Self {
         Self {
             video,
             label,
@@ -167,6 +260,17 @@ impl<'a> Found<'a> {
             hidden: Vec::new(),
             places: HashMap::new(),
             declared: BTreeMap::new(),
+            images: Images::new(images),
+            notes: Vec::new(),
+            left_out: BTreeMap::new(),
+        }
+    }
+
+    /// Counts a shape that is left out.
+    fn leave_out(&mut self, what: &str) {
+        match self.left_out.get_mut(what) {
+            Some(count) => *count += 1,
+            None => drop(self.left_out.insert(what.to_owned(), 1)),
         }
     }
 
@@ -263,16 +367,22 @@ impl<'a> Found<'a> {
 
     /// All targets that have a box, and what is declared of their labels.
     fn finish(self) -> Outcome<Imported> {
-        let Self { mut targets, mut declared, .. } = self;
+        let Self { mut targets, mut declared, mut notes, left_out, .. } = self;
+        if !left_out.is_empty() {
+            let list = left_out.iter().map(|(what, count)| format!("{what} ({count})"));
+            notes.push(format!("Left out: {}", list.collect::<Vec<_>>().join(", ")));
+        }
         for (target, hidden) in targets.iter_mut().zip(self.hidden) {
             target.hidden = hidden.into_stretches();
         }
         targets.retain(|target| !target.keys.is_empty() || !target.tracked.is_empty());
         match targets.is_empty() {
-            true => Err("there are no boxes in the file".to_owned()),
+            true => {
+                Err([vec!["there are no boxes in the file".to_owned()], notes].concat().join(". "))
+            }
             false => {
                 declared.retain(|label, _| targets.iter().any(|target| target.label == *label));
-                Ok(Imported { targets, declared })
+                Ok(Imported { targets, declared, notes })
             }
         }
     }

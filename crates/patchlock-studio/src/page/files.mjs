@@ -6,38 +6,32 @@ import { complain, tell } from './notices.mjs';
 
 /** @typedef {import('./editor.mjs').Editor} Editor */
 
-const EXPORTS = [
-    ['csv', 'Patchlock table', 'one line per frame and target, with score and status'],
-    ['mot', 'MOTChallenge', 'a text file for TrackEval and motmetrics'],
-    ['cvat', 'CVAT for video 1.1', 'XML with key frames, to continue in CVAT'],
-    ['coco', 'COCO with tracks', 'JSON with videos and track_id'],
-    ['label-studio', 'Label Studio', 'a task with VideoRectangle'],
-    ['yolo', 'YOLO', 'a folder with images and labels, to train a detector; .zip'],
-    ['voc', 'Pascal VOC', 'a folder with annotations; .zip'],
-    ['lasot', 'LaSOT', 'a folder for each target; .zip'],
-    ['got10k', 'GOT-10k', 'a folder for each target; .zip'],
-];
-const IMPORTS = [
-    ['csv', 'Patchlock table (.csv)'],
-    ['mot', 'MOTChallenge (.txt)'],
-    ['cvat', 'CVAT for video 1.1 (.xml)'],
-    ['coco', 'COCO with tracks (.json)'],
-];
 const VIDEOS = /\.(mp4|m4v|mov|avi|mkv|webm|y4m|mpg|mpeg|ts|wmv)$/i;
 
+/** @typedef {import('./types').ExportFormat} ExportFormat */
+
 /** @param {Editor} editor */
-export function openExport(editor) {
+export async function openExport(editor) {
     const { clip, track } = editor;
     if (!clip) return;
     if (clip.tracks.length === 0 && editor.clips.length < 2) return tell('There is no target to export yet.');
+    /** @type {ExportFormat[]} */
+    let exports;
+    try {
+        ({ exports } = await api.json('GET', '/formats'));
+    } catch (error) {
+        return complain(error, { doing: 'The export failed', topic: 'export' });
+    }
     const base = clip.info.name.replace(/\.[^.]+$/, '').replace(/[\\/:*?"<>|]/g, '_');
     const download = (/** @type {string} */ path, /** @type {string} */ name) => {
         dialog.close();
         void fetchFile(`${clip.path}${path}`, name);
     };
     const options = exportOptions();
-    const formats = EXPORTS.map(([format = '', name = '', what = '']) =>
-        row(name, what, () => download(`/export?format=${format}${options.query()}`, `${base}.${format}`)),
+    const formats = exports.map((format) =>
+        row(format.title, format.content + (format.folder ? '; .zip' : ''), () =>
+            download(`/export?${options.query(format)}`, `${base}.${format.name}`),
+        ),
     );
     const videos = [
         row('Annotated video', 'MP4 with boxes, labels and scores drawn in', () =>
@@ -50,17 +44,17 @@ export function openExport(editor) {
         videos.push(row(`Clip of ${label} ${id}`, 'MP4 cut around the selected target', get));
     }
     const left = clip.doubts.length;
-    const all = allClips(editor, () => dialog);
+    const all = allClips(editor, exports, options, () => dialog);
     const note = left ? `Left in this clip: ${counted(left, 'doubtful place')}.` : '';
     const one = [
         element('ul', { class: 'choices' }, ...formats),
-        options.part,
         element('h3', { text: 'Video' }),
         element('ul', { class: 'choices' }, ...videos),
     ];
     const many = [element('h3', { text: 'All clips as one data set' }), all];
     const isOne = editor.clips.length < 2;
     const content = isOne ? one : [...many, element('h3', { text: clip.info.name }), ...one];
+    content.unshift(options.part);
     if (note) content.unshift(element('p', { class: 'hint', text: note }));
     const dialog = openDialog('Export', content);
 }
@@ -68,24 +62,27 @@ export function openExport(editor) {
 /**
  * One folder with all clips, in which labels have the same classes.
  * @param {Editor} editor
+ * @param {ExportFormat[]} exports
+ * @param {ReturnType<typeof exportOptions>} options
  * @param {() => HTMLDialogElement} dialog
  */
-function allClips(editor, dialog) {
-    const format = element(
+function allClips(editor, exports, options, dialog) {
+    const choice = element(
         'select',
         { attributes: { 'aria-label': 'Format of the data set' } },
-        ...EXPORTS.map(([id = '', name = '']) =>
-            element('option', { text: name, attributes: { value: id, selected: id === 'yolo' } }),
+        ...exports.map(({ name, title }) =>
+            element('option', { text: title, attributes: { value: name, selected: name === 'yolo' } }),
         ),
     );
     const val = element('input', {
         attributes: { value: editor.clips.length > 1 ? '0.2' : '', maxlength: 1000, class: 'numbers' },
     });
-    const frames = element('input', { attributes: { type: 'checkbox', checked: true } });
     const get = () => {
+        const format = exports.find(({ name }) => name === choice.value);
+        if (!format) return;
         dialog().close();
-        const query = `format=${format.value}&frames=${frames.checked}&val=${encodeURIComponent(val.value)}`;
-        void fetchFile(`/export?${query}`, `clips.${format.value}.zip`);
+        const query = `${options.query(format)}&val=${encodeURIComponent(val.value)}`;
+        void fetchFile(`/export?${query}`, `clips.${format.name}.zip`);
     };
     const button = element('button', {
         class: 'primary',
@@ -96,24 +93,55 @@ function allClips(editor, dialog) {
     return element(
         'div',
         { class: 'export-options export-all' },
-        element('label', {}, 'Format', format),
+        element('label', {}, 'Format', choice),
         element('label', {}, 'For validation: a share of the clips, or names with commas between', val),
-        element('label', {}, frames, 'With the frames as images'),
         button,
     );
 }
 
-/** What some formats can have in addition. */
+/** Which boxes are written, and what some formats can have in addition. */
 function exportOptions() {
+    const number = (/** @type {Record<string, string | number>} */ attributes) =>
+        element('input', { attributes: { type: 'number', ...attributes } });
     const frames = element('input', { attributes: { type: 'checkbox', checked: true } });
-    const every = element('input', { attributes: { type: 'number', min: 1, max: 1000, value: 1 } });
+    const keys = number({ min: 0.01, max: 1000, step: 'any', value: 1 });
+    const score = number({ min: 0, max: 1, step: 'any', placeholder: 'any' });
+    const every = number({ min: 1, max: 100000, value: 1 });
+    const statuses = [
+        ['', 'to train a detector the tracked ones, otherwise all'],
+        ['tracked', 'tracked'],
+        ['tracked,uncertain', 'tracked and uncertain'],
+        ['uncertain', 'uncertain'],
+    ];
+    const status = element(
+        'select',
+        {},
+        ...statuses.map(([value = '', text = '']) => element('option', { text, attributes: { value } })),
+    );
     const part = element(
         'div',
         { class: 'export-options' },
+        element('label', {}, 'Boxes, besides key frames', status),
+        element('label', {}, 'with a score of at least', score),
+        element('label', {}, 'of every so many-th frame', every),
         element('label', {}, frames, 'Folders have the frames as images, too'),
-        element('label', {}, 'CVAT, Label Studio: of the tracked frames, a key frame every', every),
+        element(
+            'label',
+            {},
+            'CVAT, Label Studio: a key frame every so many frames, or, below 1, the least overlap',
+            keys,
+        ),
     );
-    const query = () => `&frames=${frames.checked}&key_frames=${Math.max(1, every.valueAsNumber || 1)}`;
+    const query = (/** @type {ExportFormat} */ format) => {
+        const { name } = format;
+        const asked = new URLSearchParams({ format: name, frames: String(frames.checked) });
+        // A table has all that is known, and tools with key frames have all frames.
+        if (name !== 'csv' && status.value) asked.set('status', status.value);
+        if (name !== 'csv' && score.value) asked.set('min_score', score.value);
+        if (name !== 'csv' && !format.key_frames && every.value) asked.set('every', every.value);
+        if (format.key_frames && keys.value) asked.set('key_frames', keys.value);
+        return asked;
+    };
     return { part, query };
 }
 
@@ -145,7 +173,7 @@ async function fetchFile(path, name) {
     try {
         const file = await api.file(path, stop.signal);
         save(file.blob, file.name || name);
-        tell(`Saved: ${file.name || name}`);
+        tell([`Saved: ${file.name || name}`, file.remarks].filter(Boolean).join('. '));
     } catch (error) {
         complain(error, { doing: 'The export failed', topic: 'export' });
     } finally {
@@ -172,16 +200,17 @@ function busy(text, stop) {
 
 /** @param {Editor} editor */
 export function openImport(editor) {
-    const input = element('input', { attributes: { type: 'file', 'aria-label': 'File to import' } });
+    const attributes = { type: 'file', multiple: true, 'aria-label': 'File to import' };
+    const input = element('input', { attributes });
     input.addEventListener('change', () => {
-        const [file] = input.files ?? [];
-        if (!file) return;
+        const files = [...(input.files ?? [])];
+        if (files.length === 0) return;
         dialog.close();
-        void take(editor, file);
+        void takeAll(editor, files);
     });
     const text =
-        'Boxes for this clip (our CSV, MOTChallenge, CVAT, COCO), or a video to add to the list. You can ' +
-        'also drop a file anywhere on the page.';
+        'Boxes for this clip (our CSV, MOTChallenge, CVAT, COCO, Label Studio; all files of YOLO or Pascal ' +
+        'VOC together), or a video to add to the list. You can also drop files anywhere on the page.';
     const dialog = openDialog('Import', [element('p', { text }), input]);
 }
 
@@ -221,56 +250,78 @@ export function acceptDrops(editor) {
  * @param {File[]} files
  */
 async function takeAll(editor, files) {
-    for (const file of files) await take(editor, file);
+    const isVideo = (/** @type {File} */ file) => VIDEOS.test(file.name) || file.type.startsWith('video/');
+    for (const file of files.filter(isVideo)) await upload(editor, file);
+    const others = files.filter((file) => !isVideo(file));
+    // Files of images belong together; others are imported one after another.
+    const likely = await Promise.all(others.slice(0, 20).map(guess));
+    const ofImages = likely.find((format) => format === 'yolo' || format === 'voc');
+    if (ofImages && others.length > 1) return take(editor, others, ofImages);
+    for (const file of others) await take(editor, [file], await guess(file));
 }
 
 /**
  * @param {Editor} editor
- * @param {File} file
+ * @param {File[]} files one, or those of a format with a file for each image
+ * @param {string} likely the format that they look like
  */
-async function take(editor, file) {
-    if (VIDEOS.test(file.name) || file.type.startsWith('video/')) return upload(editor, file);
+async function take(editor, files, likely) {
     const { clip } = editor;
-    if (!clip) return complain('Open a clip first.', { doing: `${file.name} was not imported` });
-    const format = await guess(file);
+    const [file] = files;
+    if (!file) return;
+    const name =
+        files.length === 1 ? file.name : `${file.name} and ${counted(files.length - 1, 'other file')}`;
+    if (!clip) return complain('Open a clip first.', { doing: `${name} was not imported` });
+    /** @type {import('./types').ImportFormat[]} */
+    let imports;
+    try {
+        ({ imports } = await api.json('GET', '/formats'));
+    } catch (error) {
+        return complain(error, { doing: `${name} was not imported` });
+    }
+    const possible = imports.filter((format) => files.length === 1 || format.files);
     const choices = element(
         'ul',
         { class: 'choices' },
-        ...IMPORTS.map(([name = '', text = '']) => {
-            const made = row(text, name === format ? 'This is what the file looks like.' : '', () => {
+        ...possible.map((format) => {
+            const isLikely = format.name === likely;
+            const made = row(format.title, isLikely ? 'This is what the file looks like.' : '', () => {
                 dialog.close();
-                void importBoxes(clip, file, name);
+                void importBoxes(clip, name, files, format);
             });
-            if (name === format) made.querySelector('button')?.setAttribute('autofocus', '');
+            if (isLikely) made.querySelector('button')?.setAttribute('autofocus', '');
             return made;
         }),
     );
-    const text = `${file.name} is added to ${clip.info.name}. It can be undone.`;
+    const text = `${name} is added to ${clip.info.name}. It can be undone.`;
     const dialog = openDialog('Import as', [element('p', { text }), choices]);
 }
 
 /** @param {File} file */
 async function guess(file) {
     const start = (await file.slice(0, 2000).text()).trimStart();
-    if (start.startsWith('<')) return 'cvat';
-    if (start.startsWith('{') || start.startsWith('[')) return 'coco';
+    if (start.startsWith('<')) return /<annotation[\s>]/.test(start) ? 'voc' : 'cvat';
+    if (start.startsWith('[')) return 'label-studio';
+    if (start.startsWith('{')) return /"images"|"info"|"licenses"/.test(start) ? 'coco' : 'csv';
+    if (/\.(ya?ml|names)$/i.test(file.name) || /^\d+( [-\d.e]+){4,}/.test(start)) return 'yolo';
     return /^[a-z_"]/i.test(start) ? 'csv' : 'mot';
 }
 
 /**
  * What an import changes, in words.
  * @param {import('./clip.mjs').Clip} clip
- * @param {File} file
+ * @param {string} name
  * @param {import('./types').Preview} found
  */
-function whatIsAdded(clip, file, { targets, keys, boxes, first, last, labels, attributes, there }) {
+function whatIsAdded(clip, name, { targets, keys, boxes, first, last, labels, attributes, there, notes }) {
     const names = labels.map(
         ({ name, targets, new: isNew }) => `${name}${isNew ? ' (a new label)' : ''}: ${targets}`,
     );
     const words = [
-        `${file.name} adds ${counted(targets, 'target')} to ${clip.info.name}`,
+        `${name} adds ${counted(targets, 'target')} to ${clip.info.name}`,
         ` (${names.join(', ')}), with ${boxes === 1 ? '1 box' : `${boxes} boxes`}`,
         ` in frames ${first} to ${last}; ${keys === 0 ? 'none' : keys} of them ${keys === 1 ? 'is a key frame' : 'are key frames'}. `,
+        ...notes.map((note) => `${note}. `),
         'What is there stays as it is. ',
         ...Object.entries(attributes).map(
             ([label, names]) => `The label ${label} declares ${names.join(', ')} from then on. `,
@@ -285,34 +336,42 @@ function whatIsAdded(clip, file, { targets, keys, boxes, first, last, labels, at
 
 /**
  * @param {import('./clip.mjs').Clip} clip
- * @param {File} file
- * @param {string} format
+ * @param {string} name what the files are called in messages
+ * @param {File[]} files
+ * @param {import('./types').ImportFormat} format
  */
-async function importBoxes(clip, file, format) {
-    busy(`Reading ${file.name} …`);
+async function importBoxes(clip, name, files, format) {
+    const path = `${clip.path}/import?format=${format.name}`;
+    /** @type {Blob | undefined} */
+    let body = files[0];
+    busy(`Reading ${name} …`);
     try {
-        const found = await api.json('POST', `${clip.path}/import?format=${format}&preview=true`, {
-            body: file,
-        });
+        if (format.files) {
+            const texts = await Promise.all(
+                files.map(async (file) => [file.webkitRelativePath || file.name, await file.text()]),
+            );
+            body = new Blob([JSON.stringify(Object.fromEntries(texts))]);
+        }
+        const found = await api.json('POST', `${path}&preview=true`, { body });
         busy(null);
-        if (!(await ask('Import', whatIsAdded(clip, file, found), 'Import'))) return;
+        if (!(await ask('Import', whatIsAdded(clip, name, found), 'Import'))) return;
     } catch (error) {
-        complain(error, { doing: `${file.name} was not imported` });
+        complain(error, { doing: `${name} was not imported` });
         return;
     } finally {
         busy(null);
     }
-    busy(`Importing ${file.name} …`);
+    busy(`Importing ${name} …`);
     try {
-        const { targets } = await api.json('POST', `${clip.path}/import?format=${format}`, { body: file });
+        const { targets } = await api.json('POST', path, { body });
         await clip.load();
         const count = Array.isArray(targets) ? targets.length : targets;
-        tell(`Imported ${counted(count, 'target')} from ${file.name}.`, {
+        tell(`Imported ${counted(count, 'target')} from ${name}.`, {
             text: 'Undo',
             run: () => void clip.undo(),
         });
     } catch (error) {
-        complain(error, { doing: `${file.name} was not imported` });
+        complain(error, { doing: `${name} was not imported` });
     } finally {
         busy(null);
     }

@@ -113,7 +113,7 @@ export async function json(method, path, request) {
 }
 
 /**
- * A request whose answer is a file, with the name that the server gives it.
+ * A request whose answer is a file, with the name that the server gives it and what it says of the boxes.
  * @param {string} path
  * @param {AbortSignal} [signal]
  */
@@ -122,7 +122,11 @@ export async function file(path, signal) {
     const named = answer.headers.get('Content-Disposition') ?? '';
     const encoded = /filename\*=UTF-8''([^;]+)/i.exec(named)?.[1];
     const plain = /filename="?([^";]+)"?/i.exec(named)?.[1];
-    return { blob: await answer.blob(), name: encoded ? decodeURIComponent(encoded) : (plain ?? '') };
+    return {
+        blob: await answer.blob(),
+        name: encoded ? decodeURIComponent(encoded) : (plain ?? ''),
+        remarks: answer.headers.get('Patchlock-Remarks') ?? '',
+    };
 }
 
 /**

@@ -94,6 +94,18 @@ export interface Left {
     expected: number;
     probable: number;
 }
+export interface ImportFormat {
+    name: string;
+    title: string;
+    files: boolean;
+}
+export interface ExportFormat {
+    name: string;
+    title: string;
+    content: string;
+    folder: boolean;
+    key_frames: boolean;
+}
 export interface Preview {
     targets: number;
     keys: number;
@@ -103,6 +115,7 @@ export interface Preview {
     labels: { name: string; targets: number; new: boolean }[];
     attributes: Record<string, string[]>;
     there: number;
+    notes: string[];
 }
 export interface Look {
     box: Box | null;

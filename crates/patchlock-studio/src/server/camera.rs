@@ -331,7 +331,7 @@ fn add_clip(app: &App, recording: &Recording) -> Result<usize, Refusal> {
         .map_err(|error| Refusal::failed(format!("cannot read the table: {error}")))?;
     if has_boxes(&table) {
         let project = opened.hold().store.project().clone();
-        let imported = import::read(import::Format::Csv, &table, &project)?;
+        let imported = import::read(import::Format::Csv, &table, &project, &[])?;
         app.clips.import(&opened, imported)?;
     }
     Ok(clip.id)

@@ -9,9 +9,12 @@ use std::sync::Arc;
 use axum::Json;
 use axum::body::{Body, Bytes};
 use axum::extract::State;
+use axum::http::HeaderValue;
 use axum::http::header::{CONTENT_DISPOSITION, CONTENT_LENGTH, CONTENT_TYPE};
 use axum::response::{IntoResponse as _, Response};
 use futures_util::stream;
+use patchlock_media::Limits;
+use patchlock_track::export::{KeyFrames, Selection, Written};
 use serde::Deserialize;
 use serde_json::{Value, json};
 use tempfile::{NamedTempFile, TempPath};
@@ -139,12 +142,25 @@ pub async fn import_boxes(
 ) -> Result<Json<Value>, Refusal> {
     let clip = app.clips.open(clip).await?;
     let format = import::Format::named(&format)?;
-    let text = BodyReader::new(body, TABLE_BYTES, app.patience.body)?.whole().await?;
-    let read = move |project: &Project| import::read(format, &text, project);
+    let content = BodyReader::new(body, TABLE_BYTES, app.patience.body)?.whole().await?;
+    let files = match format.has_files() {
+        true => files_of(&content)?,
+        false => vec![import::File { name: String::new(), content }],
+    };
+    let images = import::names_of(&clip.engine.video);
+    let read = move |project: &Project| import::read_files(format, &files, project, &images);
     if preview {
         return aside(move || preview_of(&clip, read)).await.map(Json);
     }
     aside(move || add(&app.clips, &clip, read)).await.map(Json)
+}
+
+/// The files of a format that has several, which are sent as a JSON object of texts by name.
+fn files_of(content: &[u8]) -> Result<Vec<import::File>, Refusal> {
+    let texts: BTreeMap<String, String> = serde_json::from_slice(content)
+        .map_err(|error| Refusal::bad(format!("the files are not an object of texts: {error}")))?;
+    let file = |(name, text): (String, String)| import::File { name, content: text.into_bytes() };
+    Ok(texts.into_iter().map(file).collect())
 }
 
 /// Says what an import would add, without adding it.
@@ -153,7 +169,7 @@ fn preview_of(
     read: impl FnOnce(&Project) -> Result<Imported, project::Error>,
 ) -> Result<Value, Refusal> {
     let known = clip.hold().store.project().clone();
-    let Imported { targets: found, declared } = read(&known.without_targets())?;
+    let Imported { targets: found, declared, notes } = read(&known.without_targets())?;
     let frames = |target: &Target| target.keys.len() + target.tracked.len();
     let mut labels: BTreeMap<&str, usize> = BTreeMap::new();
     found.iter().for_each(|target| *labels.entry(&target.label).or_default() += 1);
@@ -181,6 +197,7 @@ fn preview_of(
         "labels": labels,
         "attributes": new_attributes(&known, &declared),
         "there": found.iter().filter(is_there).count(),
+        "notes": notes,
     }))
 }
 
@@ -209,6 +226,24 @@ fn add(
     Ok(json!({ "revision": revision, "targets": ids }))
 }
 
+/// `GET /api/formats`: the formats of exports and of imports.
+pub async fn formats() -> Json<Value> {
+    let export = |format: export::Format| {
+        let (title, content) = format.in_words();
+        let has_key_frames = matches!(format, export::Format::Other(it) if it.has_key_frames);
+        json!({
+            "name": format.name(),
+            "title": title,
+            "content": content,
+            "folder": !format.is_file(),
+            "key_frames": has_key_frames,
+        })
+    };
+    let exports: Vec<Value> = export::Format::all().map(export).collect();
+    let import = |format: import::Format| json!({ "name": format.name(), "title": format.title(), "files": format.has_files() });
+    Json(json!({ "exports": exports, "imports": import::Format::ALL.map(import) }))
+}
+
 /// What to export.
 #[derive(Deserialize)]
 pub struct ExportQuery {
@@ -216,83 +251,109 @@ pub struct ExportQuery {
     /// Whether folders get the frames, too.
     #[serde(default)]
     frames: bool,
-    /// Only every so many-th tracked frame is a key frame.
+    /// Every so many-th tracked frame is a key frame, or the least overlap.
     #[serde(default = "one")]
-    key_frames: usize,
+    key_frames: f64,
+    /// Statuses with commas between them; empty for those of the format.
+    #[serde(default)]
+    status: String,
+    /// The least score.
+    #[serde(default)]
+    min_score: Option<f64>,
+    /// Only every so many-th frame; formats with key frames have all.
+    #[serde(default = "first")]
+    every: usize,
+    /// Clips for validation: a share, or names. For all clips only.
+    #[serde(default)]
+    val: String,
 }
 
-fn one() -> usize {
+fn one() -> f64 {
+    1.0
+}
+
+fn first() -> usize {
     1
+}
+
+impl ExportQuery {
+    fn options(&self, name: String, limits: Limits) -> Result<export::Options, Refusal> {
+        let format = export::Format::named(&self.format)?;
+        let status = Some(&self.status).filter(|status| !status.trim().is_empty());
+        let status = status.map(|status| Selection::statuses(status)).transpose();
+        let selection = Selection { status: status?, min_score: self.min_score, every: self.every };
+        let key_frames = KeyFrames::of(self.key_frames)?;
+        let frames = self.frames;
+        Ok(export::Options { format, name, frames, selection, key_frames, limits })
+    }
+}
+
+/// What an export of boxes says of them, in the header of its answer.
+const REMARKS: &str = "patchlock-remarks";
+
+/// Adds what an export has left out, and what is doubtful.
+fn with_remarks(mut answer: Response, written: &Written) -> Response {
+    let remarks = written.remarks().join("; ");
+    if let Ok(remarks) = HeaderValue::from_str(&remarks)
+        && !remarks.is_empty()
+    {
+        answer.headers_mut().insert(REMARKS, remarks);
+    }
+    answer
 }
 
 /// `GET /api/clips/ID/export?format=NAME`: a file, or a folder as one file.
 pub async fn export_boxes(
     State(app): State<Arc<App>>,
     PathParam(clip): PathParam<usize>,
-    QueryParams(ExportQuery { format, frames, key_frames }): QueryParams<ExportQuery>,
+    QueryParams(query): QueryParams<ExportQuery>,
 ) -> Result<Response, Refusal> {
     let clip = app.clips.open(clip).await?;
-    let format = export::Format::named(&format)?;
     let stem = stem(&clip.name);
-    let options = export::Options {
-        format,
-        name: stem.clone(),
-        frames,
-        key_frames,
-        limits: app.settings.limits,
-    };
+    let options = query.options(stem.clone(), app.settings.limits)?;
+    let format = options.format;
     let written = aside(move || {
         let cannot = |error: io::Error| cannot_keep(&std::env::temp_dir(), &error);
         let project = clip.hold().store.project().clone();
         let folder = tempfile::tempdir().map_err(cannot)?;
         let out = folder.path().join("export");
-        export::write(&project, &clip.engine.video, &options, &out, false)?;
+        let written = export::write(&project, &clip.engine.video, &options, &out, false)?;
         let file = NamedTempFile::new().map_err(cannot)?;
         if format.is_file() {
             std::fs::copy(&out, file.path()).map_err(cannot)?;
         } else {
             pack(&out, &options.name, file.as_file()).map_err(cannot)?;
         }
-        Ok(file.into_temp_path())
+        Ok((file.into_temp_path(), written))
     });
-    let (kind, ending) = kind(format);
-    download(written.await?, kind, &format!("{stem}.{}.{ending}", format.name())).await
-}
-
-/// What to export of all clips.
-#[derive(Deserialize)]
-pub struct DatasetQuery {
-    format: String,
-    #[serde(default)]
-    frames: bool,
-    #[serde(default = "one")]
-    key_frames: usize,
-    /// Clips for validation: a share, or names.
-    #[serde(default)]
-    val: String,
+    let (file, written) = written.await?;
+    let ending = format.ending().unwrap_or("zip");
+    let name = format!("{stem}.{}.{ending}", format.name());
+    Ok(with_remarks(download(file, kind(ending), &name).await?, &written))
 }
 
 /// `GET /api/export?format=NAME&val=SHARE`: all clips as one data set, a folder as one file.
 pub async fn export_all(
     State(app): State<Arc<App>>,
-    QueryParams(DatasetQuery { format, frames, key_frames, val }): QueryParams<DatasetQuery>,
+    QueryParams(query): QueryParams<ExportQuery>,
 ) -> Result<Response, Refusal> {
-    let format = export::Format::named(&format)?;
-    let val = export::Val::named(&val);
-    let limits = app.settings.limits;
-    let options = export::Options { format, name: "clips".to_owned(), frames, key_frames, limits };
-    let file = aside(move || {
+    let options = query.options("clips".to_owned(), app.settings.limits)?;
+    let format = options.format;
+    let val = export::Val::named(&query.val);
+    let written = aside(move || {
         let cannot = |error: io::Error| cannot_keep(&std::env::temp_dir(), &error);
         let labels = app.clips.labels()?;
         let clips = of_all(&app.clips)?;
         let folder = tempfile::tempdir().map_err(cannot)?;
         let out = folder.path().join("export");
-        export::write_all(&clips, &labels, &options, val.as_ref(), &out, &|| false)?;
+        let all = export::write_all(&clips, &labels, &options, val.as_ref(), &out, &|| false)?;
         let file = NamedTempFile::new().map_err(cannot)?;
         pack(&out, &options.name, file.as_file()).map_err(cannot)?;
-        Ok(file.into_temp_path())
+        Ok((file.into_temp_path(), all.written))
     });
-    download(file.await?, "application/zip", &format!("clips.{}.zip", format.name())).await
+    let (file, written) = written.await?;
+    let answer = download(file, kind("zip"), &format!("clips.{}.zip", format.name())).await?;
+    Ok(with_remarks(answer, &written))
 }
 
 /// All clips of the page, under names that differ. One that cannot be opened is an error: a data
@@ -312,14 +373,14 @@ fn of_all(clips: &Clips) -> Result<Vec<export::OfFolder>, Refusal> {
     Ok(all)
 }
 
-/// Content type and ending of the file of a format.
-fn kind(format: export::Format) -> (&'static str, &'static str) {
-    match format.name() {
-        _ if !format.is_file() => ("application/zip", "zip"),
-        "csv" => ("text/csv; charset=utf-8", "csv"),
-        "mot" => ("text/plain; charset=utf-8", "txt"),
-        "cvat" => ("application/xml", "xml"),
-        _ => ("application/json", "json"),
+/// Content type of files with this ending.
+fn kind(ending: &str) -> &'static str {
+    match ending {
+        "csv" => "text/csv; charset=utf-8",
+        "json" => "application/json",
+        "xml" => "application/xml",
+        "zip" => "application/zip",
+        _ => "text/plain; charset=utf-8",
     }
 }
 

@@ -205,6 +205,7 @@ fn routes(app: Arc<App>) -> Router {
     Router::new()
         .route(code::PATH, post(code::exchange))
         .route("/api/clips", get(clips::list).post(files::upload))
+        .route("/api/formats", get(files::formats))
         .route("/api/export", get(files::export_all))
         .route("/api/camera", get(camera::camera))
         .route("/api/camera/recordings/{number}/{what}", get(camera::recording))

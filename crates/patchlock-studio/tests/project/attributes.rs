@@ -2,10 +2,10 @@
 
 use std::fs;
 
-use patchlock_media::Limits;
 use patchlock_studio::export::{Format, Options, write};
 use patchlock_studio::import;
 use patchlock_studio::project::{Attribute, Edit, Error, Label, Project, Shared, Store, limits};
+use patchlock_track::export::KeyFrames;
 use serde_json::{Value, json};
 
 use crate::support::{FRAMES, Place, add, bbox};
@@ -269,11 +269,8 @@ fn a_file_with_wrong_attributes_says_what_is_wrong() {
 fn exported(place: &Place, project: &Project, name: &str, key_frames: usize) -> String {
     let out = place.folder().join(format!("out.{name}"));
     let options = Options {
-        format: Format::named(name).unwrap(),
-        name: "clip".into(),
-        frames: false,
-        key_frames,
-        limits: Limits::default(),
+        key_frames: KeyFrames::Every(key_frames),
+        ..Options::new(Format::named(name).unwrap(), "clip")
     };
     write(project, &place.video(), &options, &out, true).unwrap();
     fs::read_to_string(&out).unwrap()
@@ -311,7 +308,8 @@ fn attributes_of_cvat_come_back_with_their_declarations() {
     let text = exported(&place, store.project(), "cvat", 1);
     let mut other =
         Store::open_shared(&place.folder().join("other.json"), Some(&place.video())).unwrap();
-    let imported = import::read(import::Format::Cvat, text.as_bytes(), other.project()).unwrap();
+    let imported =
+        import::read(import::Format::Cvat, text.as_bytes(), other.project(), &[]).unwrap();
     let edits = imported.edits(&other.project().labels);
     other.apply(edits).unwrap();
     let declared = |project: &Project| {
@@ -335,7 +333,8 @@ fn a_label_keeps_what_it_declares_and_refuses_imported_values_that_it_does_not_a
         Store::open_shared(&place.folder().join("other.json"), Some(&place.video())).unwrap();
     let own = attribute(json!({"name": "light", "kind": "checkbox", "mutable": true}));
     other.apply(vec![declare(vec![own.clone()])]).unwrap();
-    let imported = import::read(import::Format::Cvat, text.as_bytes(), other.project()).unwrap();
+    let imported =
+        import::read(import::Format::Cvat, text.as_bytes(), other.project(), &[]).unwrap();
     let error = other.apply(imported.edits(&other.project().labels)).unwrap_err().to_string();
     assert!(error.contains("target 1 of those to import: the attribute \"light\""), "{error}");
     assert_eq!(other.project().declared("target"), [own]);
@@ -361,7 +360,8 @@ fn definitions_of_cvat_that_a_project_cannot_have_are_texts() {
             <attribute name="a">what</attribute><attribute name="b">y</attribute></box>
         </track></annotations>"#;
     let store = place.store();
-    let imported = import::read(import::Format::Cvat, text.as_bytes(), store.project()).unwrap();
+    let imported =
+        import::read(import::Format::Cvat, text.as_bytes(), store.project(), &[]).unwrap();
     let kinds: Vec<_> =
         imported.declared["car"].iter().map(|it| (it.name.as_str(), it.kind.name())).collect();
     assert_eq!(kinds, [("a", "text"), ("b", "select")]);
@@ -369,7 +369,8 @@ fn definitions_of_cvat_that_a_project_cannot_have_are_texts() {
     assert_eq!(target.attributes["a"], "what");
     assert_eq!((target.attributes["b"].as_str(), target.changes["b"].at(5)), ("y", Some("z")));
     let wrong = text.replace("<width>64", "<width>65");
-    let error = import::read(import::Format::Cvat, wrong.as_bytes(), store.project()).unwrap_err();
+    let error =
+        import::read(import::Format::Cvat, wrong.as_bytes(), store.project(), &[]).unwrap_err();
     assert!(error.to_string().contains("65 x 48"), "{error}");
 }
 
@@ -425,7 +426,8 @@ fn coco_and_tables_have_the_values_of_each_frame() {
     let mut other =
         Store::open_shared(&place.folder().join("other.json"), Some(&place.video())).unwrap();
     other.apply(vec![declare(schema())]).unwrap();
-    let imported = import::read(import::Format::Csv, table.as_bytes(), other.project()).unwrap();
+    let imported =
+        import::read(import::Format::Csv, table.as_bytes(), other.project(), &[]).unwrap();
     other.apply(imported.edits(&other.project().labels)).unwrap();
     assert_eq!(all_values(other.project()), all_values(store.project()));
 }

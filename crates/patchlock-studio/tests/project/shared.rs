@@ -4,14 +4,18 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-use patchlock_media::Limits;
-use patchlock_studio::export::{self, Format, Options, Val, Written, of_folder, write_all};
+use patchlock_studio::export::{self, Format, OfAll, Options, Val, of_folder, write_all};
 use patchlock_studio::import;
 use patchlock_studio::project::{Attribute, Edit, Error, Kind, LABELS_FILE, Shared, Store};
 use patchlock_track::export as formats;
 use serde_json::Value;
 
 use crate::support::{bbox, write_images};
+
+/// The export format of this name.
+fn format_named(name: &str) -> formats::Format {
+    formats::Format::named(name).unwrap()
+}
 
 /// A folder with clips, each with a target of these labels in frames 0 and 1.
 fn clips(all: &[(&str, &[&str])]) -> tempfile::TempDir {
@@ -48,16 +52,10 @@ fn exported(
     folder: &Path,
     format: formats::Format,
     val: Option<&Val>,
-) -> (tempfile::TempDir, Written) {
+) -> (tempfile::TempDir, OfAll) {
     let (clips, labels) = of_folder(folder).unwrap();
     let out = tempfile::tempdir().unwrap();
-    let options = Options {
-        format: Format::Other(format),
-        name: "set".into(),
-        frames: true,
-        key_frames: 1,
-        limits: Limits::default(),
-    };
+    let options = Options { frames: true, ..Options::new(Format::Other(format), "set") };
     let written = write_all(&clips, &labels, &options, val, &out.path().join("set"), &|| false);
     (out, written.unwrap())
 }
@@ -151,8 +149,9 @@ fn a_file_of_labels_that_is_wrong_is_an_error_that_names_it() {
 #[test]
 fn classes_agree_in_all_formats_and_clips() {
     let folder = clips(&[("a", &["person"]), ("b", &["car"]), ("c", &["car", "person"])]);
-    let (out, written) = exported(folder.path(), formats::Format::Yolo, None);
-    assert_eq!((written.boxes, written.targets, written.train.len()), (8, 4, 3));
+    let (out, written) = exported(folder.path(), format_named("yolo"), None);
+    let counts = &written.written;
+    assert_eq!((counts.boxes.boxes, counts.targets, written.train.len()), (8, 4, 3));
     // The label with which each project begins is none of the classes: nothing has it.
     let yaml = text(&out, "data.yaml");
     assert!(yaml.contains("nc: 2\nnames:\n  0: \"person\"\n  1: \"car\"\n"), "{yaml}");
@@ -164,7 +163,7 @@ fn classes_agree_in_all_formats_and_clips() {
     assert_eq!([classes("a"), classes("b"), classes("c")], [vec!["0"], vec!["1"], vec!["1", "0"]]);
     assert!(out.path().join("set/images/train/c_0001.bmp").is_file());
 
-    let (out, _) = exported(folder.path(), formats::Format::Coco, None);
+    let (out, _) = exported(folder.path(), format_named("coco"), None);
     let coco: Value =
         serde_json::from_str(&text(&out, "annotations/instances_train.json")).unwrap();
     let ids: BTreeMap<&str, u64> = (coco["categories"].as_array().unwrap().iter())
@@ -184,10 +183,10 @@ fn classes_agree_in_all_formats_and_clips() {
         assert!(out.path().join("set/images/train").join(name).is_file(), "{name}");
     }
 
-    let (out, _) = exported(folder.path(), formats::Format::Voc, None);
+    let (out, _) = exported(folder.path(), format_named("voc"), None);
     let map = text(&out, "labelmap.txt");
     assert!(map.contains("\nperson:::\ncar:::\n"), "{map}");
-    let (out, _) = exported(folder.path(), formats::Format::Cvat, None);
+    let (out, _) = exported(folder.path(), format_named("cvat"), None);
     let xml = text(&out, "b.xml");
     let at = |name: &str| xml.find(&format!("<name>{name}</name>")).unwrap();
     assert!(at("person") < at("car"), "{xml}");
@@ -198,14 +197,14 @@ fn every_format_writes_all_clips_in_two_parts() {
     let folder = clips(&[("a", &["car"]), ("b", &["car"]), ("c", &["car"])]);
     let val = Val::Clips(vec!["b.mp4".into()]);
     let expected: [(formats::Format, &[&str]); 8] = [
-        (formats::Format::Mot, &["train/a.txt", "val/b.txt"]),
-        (formats::Format::Coco, &["annotations/instances_val.json", "images/val/b_0000.bmp"]),
-        (formats::Format::Cvat, &["train/c.xml", "val/b.xml"]),
-        (formats::Format::Yolo, &["images/val/b_0000.bmp", "labels/train/a_0001.txt"]),
-        (formats::Format::Voc, &["ImageSets/Main/val.txt", "Annotations/c_0000.xml"]),
-        (formats::Format::LabelStudio, &["train/a.json", "val/b.json"]),
-        (formats::Format::Lasot, &["val/car/car-b_1/groundtruth.txt", "train/car/car-a_1/img"]),
-        (formats::Format::Got10k, &["train/list.txt", "val/b_000001/groundtruth.txt"]),
+        (format_named("mot"), &["train/a.txt", "val/b.txt"]),
+        (format_named("coco"), &["annotations/instances_val.json", "images/val/b_0000.bmp"]),
+        (format_named("cvat"), &["train/c.xml", "val/b.xml"]),
+        (format_named("yolo"), &["images/val/b_0000.bmp", "labels/train/a_0001.txt"]),
+        (format_named("voc"), &["ImageSets/Main/val.txt", "Annotations/c_0000.xml"]),
+        (format_named("label-studio"), &["train/a.json", "val/b.json"]),
+        (format_named("lasot"), &["val/car/car-b_1/groundtruth.txt", "train/car/car-a_1/img"]),
+        (format_named("got10k"), &["train/list.txt", "val/b_000001/groundtruth.txt"]),
     ];
     for (format, files) in expected {
         let (out, written) = exported(folder.path(), format, Some(&val));
@@ -214,14 +213,33 @@ fn every_format_writes_all_clips_in_two_parts() {
             (["a".to_owned(), "c".to_owned()].as_slice(), ["b".to_owned()].as_slice(),)
         );
         for file in files {
-            assert!(out.path().join("set").join(file).exists(), "{}: {file}", format.name());
+            assert!(out.path().join("set").join(file).exists(), "{}: {file}", format.name);
         }
     }
-    let (out, _) = exported(folder.path(), formats::Format::Got10k, Some(&val));
+    let (out, written) = exported(folder.path(), format_named("got10k"), Some(&val));
+    assert!(written.written.notes.is_empty(), "{:?}", written.written.notes);
     assert_eq!(text(&out, "train/list.txt"), "a_000001\nc_000001\n");
-    let (out, _) = exported(folder.path(), formats::Format::Voc, Some(&val));
+    let (out, _) = exported(folder.path(), format_named("voc"), Some(&val));
     assert_eq!(text(&out, "ImageSets/Main/val.txt"), "b_0000\nb_0001\n");
     assert_eq!(text(&out, "ImageSets/Main/trainval.txt").lines().count(), 6);
+}
+
+#[test]
+fn labels_that_are_missing_in_a_part_are_named() {
+    let folder = clips(&[("a", &["car", "bus"]), ("b", &["car", "dog"]), ("c", &["cat", "bus"])]);
+    let val = Val::Clips(vec!["b".into()]);
+    for format in ["yolo", "coco"] {
+        let (_, written) = exported(folder.path(), format_named(format), Some(&val));
+        let says = |part: &str, labels: &str| {
+            format!(
+                "no clip in {part} has a target of these labels: {labels}; choose the clips for validation \
+                 by their names"
+            )
+        };
+        assert_eq!(written.written.notes, [says("train", "dog"), says("val", "bus, cat")]);
+        let (_, written) = exported(folder.path(), format_named(format), None);
+        assert!(written.written.notes.is_empty());
+    }
 }
 
 /// The attributes of a label are in the file of each clip, and boxes, labels and values come back.
@@ -240,10 +258,11 @@ fn all_clips_in_cvat_can_be_imported() {
     .unwrap();
     a.save().unwrap();
     drop(a);
-    let (out, _) = exported(folder.path(), formats::Format::Cvat, None);
+    let (out, _) = exported(folder.path(), format_named("cvat"), None);
     for clip in all {
         let xml = text(&out, &format!("{}.xml", clip.name));
-        let imported = import::read(import::Format::Cvat, xml.as_bytes(), &clip.project).unwrap();
+        let imported =
+            import::read(import::Format::Cvat, xml.as_bytes(), &clip.project, &[]).unwrap();
         let has_car = clip.name != "c";
         let declared = imported.declared.get("car").map(Vec::as_slice);
         assert_eq!(declared, has_car.then_some(&[light.clone()][..]), "{}", clip.name);
@@ -296,12 +315,12 @@ fn a_share_of_clips_is_the_same_each_time_and_in_any_order() {
 fn all_clips_are_written_as_tables() {
     let folder = clips(&[("a", &["car"]), ("b", &[]), ("c", &["car", "bus"])]);
     let (all, labels) = of_folder(folder.path()).unwrap();
-    let (name, frames, limits) = ("set".into(), true, Limits::default());
-    let options = Options { format: Format::Csv, name, frames, key_frames: 1, limits };
+    let options = Options::new(Format::Csv, "set");
     let table = |clip: usize| export::table(&all[clip].project).unwrap();
     let whole = folder.path().join("whole");
     let written = write_all(&all, &labels, &options, None, &whole, &|| false).unwrap();
-    assert_eq!((written.files, written.targets, &written.empty[..]), (2, 3, &["b".to_owned()][..]));
+    let counts = &written.written;
+    assert_eq!((counts.files, counts.targets, &written.empty[..]), (2, 3, &["b".to_owned()][..]));
     let read = |path: &str| fs::read_to_string(folder.path().join(path)).unwrap();
     assert_eq!([read("whole/a.csv"), read("whole/c.csv")], [table(0), table(2)]);
     assert_eq!(fs::read_dir(&whole).unwrap().count(), 2);
@@ -318,18 +337,12 @@ fn what_cannot_be_one_data_set_is_refused() {
     let (clips, labels) = of_folder(folder.path()).unwrap();
     let refused = |format, val: Option<&Val>| {
         let out = folder.path().join("set");
-        let options = Options {
-            format,
-            name: "set".into(),
-            frames: true,
-            key_frames: 1,
-            limits: Limits::default(),
-        };
+        let options = Options { frames: true, ..Options::new(format, "set") };
         let error = write_all(&clips, &labels, &options, val, &out, &|| false).unwrap_err();
         assert!(!out.exists());
         error.to_string()
     };
-    let yolo = Format::Other(formats::Format::Yolo);
+    let yolo = Format::Other(format_named("yolo"));
     // A clip without boxes is left out, so nothing would be left for one of the parts.
     assert!(refused(yolo, Some(&Val::Share(0.5))).contains("both parts need a clip"));
     let unknown = Val::Clips(vec!["z".into()]);

@@ -37,6 +37,76 @@ fn what_is_exported_can_be_imported() {
     }
 }
 
+/// What the page offers is what the server takes.
+#[test]
+fn all_formats_are_listed_and_what_is_left_out_is_said() {
+    let server = Running::new();
+    server.add_target(0);
+    let listed = server.get("/api/formats").json();
+    let exports = listed["exports"].as_array().expect("a list").clone();
+    assert!(exports.len() > 8, "{listed}");
+    for format in exports {
+        let name = format["name"].as_str().expect("a name");
+        let exported = server.get(&format!("/api/clips/1/export?format={name}"));
+        assert_eq!(exported.status, 200, "{name}: {}", exported.text());
+        let is_folder = exported.header("content-type") == Some("application/zip");
+        assert_eq!(is_folder, format["folder"] == true, "{name}");
+        assert_eq!(exported.header("patchlock-remarks"), None, "{name}");
+        let keys = server.get(&format!("/api/clips/1/export?format={name}&key_frames=0.9"));
+        assert_eq!(keys.status == 200, format["key_frames"] == true, "{name}: {}", keys.text());
+    }
+    let tracked = |status: &str, score: f64| {
+        let bbox = server.truth[1];
+        json!({ "box": bbox, "score": score, "status": status })
+    };
+    let edit = json!({
+        "edit": "set_tracked", "target": 1, "from": 1, "to": 3,
+        "tracked": { "1": tracked("tracked", 0.9), "2": tracked("uncertain", 0.6), "3": tracked("tracked", 0.3) },
+    });
+    server.edit(edit);
+    let remarks = |query: &str| {
+        let exported = server.get(&format!("/api/clips/1/export?{query}"));
+        assert_eq!(exported.status, 200, "{query}: {}", exported.text());
+        exported.header("patchlock-remarks").unwrap_or_default().to_owned()
+    };
+    assert_eq!(remarks("format=yolo"), "left out 1 of 4 boxes: 1 uncertain");
+    assert_eq!(remarks("format=mot"), "doubtful among the 4 boxes written: 1 uncertain");
+    assert_eq!(
+        remarks("format=mot&status=tracked&min_score=0.5&every=1"),
+        "left out 2 of 4 boxes: 1 uncertain, 1 with a lower score"
+    );
+    let all = server.get("/api/export?format=yolo&every=2&status=tracked,uncertain");
+    let said = all.header("patchlock-remarks");
+    assert_eq!(
+        said,
+        Some(
+            "left out 2 of 4 boxes: 2 in the frames between; doubtful among the 2 boxes written: 1 uncertain"
+        )
+    );
+    for wrong in ["status=gone", "min_score=3", "every=0", "key_frames=1.5", "key_frames=0"] {
+        server.get(&format!("/api/clips/1/export?format=cvat&{wrong}")).error(400);
+    }
+}
+
+#[test]
+fn files_of_images_are_imported_together() {
+    let server = Running::new();
+    let files = json!({
+        "data.yaml": "names: [boat]\n",
+        "frame_000001.txt": "0 0.5 0.5 0.25 0.5\n",
+        "frame_000004.txt": "0 0.5 0.5 0.25 0.5\n",
+    });
+    let preview = server.post("/api/clips/1/import?format=yolo&preview=true", &files);
+    assert_eq!(preview.status, 200, "{}", preview.text());
+    let preview = preview.json();
+    assert_eq!((&preview["boxes"], &preview["last"]), (&json!(2), &json!(4)));
+    let note = preview["notes"][0].as_str().expect("a note");
+    assert!(note.ends_with("frame_000000 is frame 0"), "{note}");
+    assert_eq!(server.post("/api/clips/1/import?format=yolo", &files).status, 200);
+    assert_eq!(server.clip()["project"]["targets"].as_array().expect("a list").len(), 2);
+    server.send("POST", "/api/clips/1/import?format=yolo", b"x").error(400);
+}
+
 #[test]
 fn a_folder_is_exported_as_one_file() {
     let server = Running::new();

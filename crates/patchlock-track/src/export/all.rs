@@ -1,13 +1,12 @@
 //! One export of many clips: a folder in which all clips have the same classes, and those that are
 //! kept for judging a detector are apart from those for training it.
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use super::output::{self, Reader};
 use super::{
-    Content, Error, Format, Frames, Item, Job, Options, Track, check_key_frames, check_word, coco,
-    cvat, got10k, label_studio, lasot, mot, voc, yolo,
+    Counts, Error, Frames, Item, Job, Options, Track, Written, check, check_some, check_word,
 };
 
 /// A clip of an export.
@@ -97,8 +96,8 @@ fn scattered(name: &str) -> u64 {
 /// Writes the clips to a folder that does not exist yet or is empty, all or nothing. Classes are
 /// numbered in the order of [`Options::labels`]. COCO has `annotations/instances_train.json`, YOLO
 /// and VOC are one set; of the other formats each clip has its files, in `train` and `val` if the
-/// clips are divided. COCO, YOLO, VOC, LaSOT and GOT-10k have copies of the images of clips that
-/// have any. [`Options::images`] and [`Options::size`] are not used. Returns the number of files.
+/// clips are divided. Formats that name or copy the frames have copies of the images of clips that
+/// have any. [`Options::images`] and [`Options::size`] are not used.
 ///
 /// # Errors
 /// As [`super::write_unless`]; [`Error::Export`] if there are no clips, if two have the same name,
@@ -108,14 +107,21 @@ pub fn write_all(
     options: &Options,
     out: &Path,
     stopped: &dyn Fn() -> bool,
-) -> Result<usize, Error> {
-    check(clips, options)?;
+) -> Result<Written, Error> {
+    check(options)?;
+    check_clips(clips.iter().map(|clip| clip.name.as_str()))?;
     output::check(out, false, false)?;
     let own: Vec<Options> = clips.iter().map(|clip| of_clip(clip, options)).collect();
+    let divided = clips.iter().any(|clip| clip.part == Part::Val);
+    let selected: Vec<(Track, Counts)> =
+        clips.iter().map(|clip| options.selection.of(&clip.track, &options.format)).collect();
+    let boxes = selected.iter().fold(Counts::default(), |all, (_, counts)| all.plus(*counts));
+    check_some(&boxes)?;
     let mut jobs = Vec::new();
-    for (clip, options) in clips.iter().zip(&own) {
-        let mut job = Job::new(&clip.track, options, Frames::new(&clip.track, options)?);
+    for ((clip, own), (track, _)) in clips.iter().zip(&own).zip(&selected) {
+        let mut job = Job::new(track, &clip.track, own, Frames::new(&clip.track, own)?);
         (job.prefix, job.part) = (format!("{}_", clip.name), clip.part);
+        job.folder = if divided { clip.part.name() } else { "" };
         jobs.push(job);
     }
     // A label that is not listed has the same class in all clips, too.
@@ -128,12 +134,15 @@ pub fn write_all(
     if options.format.holds_frames() {
         labels.iter().try_for_each(|label| check_word("label", label))?;
     }
-    let parts = files(&jobs, &own, options)?;
-    check_names(&parts)?;
-    let count = parts.iter().map(|(items, _)| items.len()).sum();
+    let items = files(&jobs, options)?;
+    check_names(&items)?;
+    let files = items.iter().map(Vec::len).sum();
+    let readers = own.iter().map(Reader::new).collect::<Result<Vec<_>, Error>>()?;
     output::check_not(stopped)?;
-    output::write_folder(out, parts, stopped)?;
-    Ok(count)
+    output::write_folder(out, items.into_iter().zip(readers).collect(), stopped)?;
+    let targets = selected.iter().map(|(track, _)| track.targets_with_boxes()).sum();
+    let notes = options.format.notes(clips.iter().map(|clip| &clip.track));
+    Ok(Written { files, targets, boxes, notes })
 }
 
 /// Writes a text of each clip to a folder that does not exist yet or is empty, all or nothing: files
@@ -158,12 +167,6 @@ pub fn write_texts(
     let items: Vec<Item> = clips.iter().map(item).collect();
     output::write_folder(out, vec![(items, Reader::of_nothing())], stopped)?;
     Ok(clips.len())
-}
-
-fn check(clips: &[Clip], options: &Options) -> Result<(), Error> {
-    check_word("name", &options.name)?;
-    check_key_frames(options)?;
-    check_clips(clips.iter().map(|clip| clip.name.as_str()))
 }
 
 /// Checks the names of all clips.
@@ -191,86 +194,23 @@ fn of_clip(clip: &Clip, options: &Options) -> Options {
     }
 }
 
-type Parts = Vec<(Vec<Item>, Reader)>;
-
-/// The files of all clips. What belongs to no clip comes with the first one.
-fn files(jobs: &[Job<'_>], own: &[Options], options: &Options) -> Result<Parts, Error> {
-    let divided = jobs.iter().any(|job| job.part == Part::Val);
-    let (mut parts, mut names) = (Parts::new(), voc::Names::default());
-    for (job, own) in jobs.iter().zip(own) {
-        let folder = if divided { Path::new(job.part.name()) } else { Path::new("") };
-        let file = |ending: &str, text| {
-            vec![Item::text(folder.join(format!("{}.{ending}", job.name)), text)]
-        };
-        let items = match options.format {
-            Format::Mot => file("txt", mot::text(job)),
-            Format::Cvat | Format::CvatObb => {
-                file("xml", cvat::text(job, options.format.is_rotated())?)
-            }
-            Format::LabelStudio => file("json", label_studio::text(job)),
-            Format::Lasot => below(folder, lasot::items(job)?),
-            Format::Got10k => below(folder, got10k::items(job)?),
-            Format::Coco => images(job),
-            Format::Yolo | Format::YoloObb => yolo::of_clip(job, yolo::Shape::of(options.format))?,
-            Format::Voc => voc::of_clip(job, &mut names),
-        };
-        parts.push((items, Reader::new(own)?));
+/// The files of each clip. What belongs to no clip comes with the first one.
+fn files(jobs: &[Job<'_>], options: &Options) -> Result<Vec<Vec<Item>>, Error> {
+    if let Some(set) = options.format.set {
+        return set(&options.name, jobs);
     }
-    let all: Vec<&Job<'_>> = jobs.iter().collect();
-    let whole = match options.format {
-        Format::Coco => annotations(&options.name, &all),
-        Format::Yolo | Format::YoloObb => vec![yolo::about(&options.name, &all)],
-        Format::Voc => voc::about(&names, &all),
-        Format::Got10k => lists(&mut parts),
-        _ => Vec::new(),
+    let Some((ending, text)) = options.format.file else { return Ok(Vec::new()) };
+    let file = |job: &Job<'_>| {
+        let path = Path::new(job.folder).join(format!("{}.{ending}", job.name));
+        Ok(vec![Item::text(path, text(job)?)])
     };
-    if let Some((items, _)) = parts.first_mut() {
-        items.extend(whole);
-    }
-    Ok(parts)
-}
-
-fn below(folder: &Path, items: Vec<Item>) -> Vec<Item> {
-    let below = |item: Item| Item { path: folder.join(&item.path), ..item };
-    items.into_iter().map(below).collect()
-}
-
-/// The images of a clip, where readers of COCO look for them.
-fn images(job: &Job<'_>) -> Vec<Item> {
-    let folder = Path::new("images").join(job.part.name());
-    let frames = job.track.frames().into_iter();
-    frames.filter_map(|frame| job.frames.copy(frame, folder.join(job.image(frame)))).collect()
-}
-
-fn annotations(name: &str, jobs: &[&Job<'_>]) -> Vec<Item> {
-    let of = |part: Part| {
-        let jobs: Vec<&Job<'_>> = jobs.iter().filter(|job| job.part == part).copied().collect();
-        let path = format!("annotations/instances_{}.json", part.name());
-        (!jobs.is_empty()).then(|| Item::text(path, coco::text(name, &jobs)))
-    };
-    [Part::Train, Part::Val].into_iter().filter_map(of).collect()
-}
-
-/// Takes the lists of sequences of GOT-10k out of the clips, and joins those of a folder.
-fn lists(parts: &mut Parts) -> Vec<Item> {
-    let mut joined: BTreeMap<PathBuf, String> = BTreeMap::new();
-    for (items, _) in parts {
-        items.retain(|item| match &item.content {
-            Content::Text(names) if item.path.ends_with("list.txt") => {
-                joined.entry(item.path.clone()).or_default().push_str(names);
-                false
-            }
-            _ => true,
-        });
-    }
-    joined.into_iter().map(|(path, names)| Item::text(path, names)).collect()
+    jobs.iter().map(file).collect()
 }
 
 /// Two clips may give their images one name, as `a` with `b_1.jpg` and `a_b` with `1.jpg`.
-fn check_names(parts: &Parts) -> Result<(), Error> {
+fn check_names(clips: &[Vec<Item>]) -> Result<(), Error> {
     let mut paths = HashSet::new();
-    let mut items = parts.iter().flat_map(|(items, _)| items);
-    match items.find(|item| !paths.insert(&item.path)) {
+    match clips.iter().flatten().find(|item| !paths.insert(&item.path)) {
         None => Ok(()),
         Some(item) => Err(Error::Export(format!(
             "two clips would both have the file {}: rename one of them",

@@ -5,15 +5,52 @@
 //! and `truncated`. The attributes of the target have the values of the frame; those of a checkbox
 //! are truth values, and numbers are numbers.
 
+use std::path::Path;
+
 use patchlock::BoundingBox;
 use serde_json::{Value, json};
 
+use super::format::{ImageUse, Purpose};
+use super::rotated::area;
 use super::track::Entry;
-use super::{Job, round};
+use super::{Format, Item, Job, Part, round};
+use crate::Error;
 use crate::attributes::RESERVED;
 
+pub const FORMAT: Format = Format {
+    name: "coco",
+    title: "COCO with tracks",
+    content: "a JSON file with videos, tracks and track_id, to train a detector or for pycocotools; \
+              the rotated outline is the segmentation",
+    lost: Some("the attribute status, which all frames have"),
+    purpose: Purpose::Training,
+    images: ImageUse::Named,
+    file: Some(("json", |job| Ok(text(job.name, &[job])))),
+    set: Some(set),
+    ..Format::BASE
+};
+
+/// The files of the clips: annotations for each part, and the images where readers look for them.
+fn set(name: &str, jobs: &[Job<'_>]) -> Result<Vec<Vec<Item>>, Error> {
+    let images = |job: &Job<'_>| {
+        let folder = Path::new("images").join(job.part.name());
+        let frames = job.track.frames().into_iter();
+        frames.filter_map(|frame| job.frames.copy(frame, folder.join(job.image(frame)))).collect()
+    };
+    let mut clips: Vec<Vec<Item>> = jobs.iter().map(images).collect();
+    let annotations = |part: Part| {
+        let jobs: Vec<&Job<'_>> = jobs.iter().filter(|job| job.part == part).collect();
+        let path = format!("annotations/instances_{}.json", part.name());
+        (!jobs.is_empty()).then(|| Item::text(path, text(name, &jobs)))
+    };
+    if let Some(first) = clips.first_mut() {
+        first.extend([Part::Train, Part::Val].into_iter().filter_map(annotations));
+    }
+    Ok(clips)
+}
+
 /// The contents of the file, for these clips, which have the same labels.
-pub fn text(name: &str, jobs: &[&Job<'_>]) -> String {
+fn text(name: &str, jobs: &[&Job<'_>]) -> String {
     let mut all = Lists::default();
     jobs.iter().for_each(|job| all.add(job));
     let labels = jobs.first().map_or(&[] as &[&str], |job| job.labels.as_slice());
@@ -94,7 +131,7 @@ fn annotation(ids: &Ids, entry: &Entry, bbox: BoundingBox) -> Value {
         "category_id": ids.category,
         "track_id": ids.track, "instance_id": ids.track, "attributes": {"track_id": ids.track},
         "bbox": upright,
-        "area": round(outline.as_ref().map_or(bbox.w * bbox.h, area)),
+        "area": round(outline.as_ref().map_or(bbox.w * bbox.h, |corners| area(corners))),
         "iscrowd": 0,
     });
     if let Some(outline) = outline {
@@ -124,11 +161,4 @@ fn add_values(attributes: &mut Value, job: &Job<'_>, entry: &Entry) {
             attributes[name] = known.map_or_else(|| json!(value), |known| known.json(value));
         }
     }
-}
-
-/// The area of a quadrilateral, by the shoelace formula.
-fn area(corners: &[[f64; 2]; 4]) -> f64 {
-    let next = |k: usize| corners[(k + 1) % corners.len()];
-    let cross = |(k, [x, y]): (usize, &[f64; 2])| x * next(k)[1] - next(k)[0] * y;
-    corners.iter().enumerate().map(cross).sum::<f64>().abs() / 2.0
 }

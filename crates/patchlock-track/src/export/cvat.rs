@@ -9,18 +9,40 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use patchlock::{BoundingBox, Status};
 
-use super::key_frames::keys;
+use super::key_frames::{keys, upright};
+use super::rotated::{self, rotation};
 use super::track::Entry;
 use super::xml::{Document, digit};
-use super::{Job, round};
+use super::{Format, Job, round};
 use crate::Error;
 use crate::attributes::{Attribute, Kind};
+
+pub const FORMAT: Format = Format {
+    name: "cvat",
+    title: "CVAT for video 1.1",
+    content: "an XML file, to go on in CVAT; targets with a score below 0.5 or of uncertain status \
+              are marked as occluded",
+    lost: Some("outside"),
+    has_key_frames: true,
+    file: Some(("xml", |job| text(job, false))),
+    ..Format::BASE
+};
+
+pub const FORMAT_OBB: Format = Format {
+    name: "cvat-obb",
+    title: "CVAT, rotated boxes",
+    content: "the same with the rotated outline: the box and its rotation; only for tables of \
+              patchlock track",
+    is_rotated: true,
+    file: Some(("xml", |job| text(job, true))),
+    ..FORMAT
+};
 
 /// Name of the attribute of a box of which a part is outside the frame.
 const TRUNCATED: &str = "truncated";
 
 /// The contents of the file. With `rotated`, boxes are those of the outlines.
-pub fn text(job: &Job<'_>, rotated: bool) -> Result<String, Error> {
+fn text(job: &Job<'_>, rotated: bool) -> Result<String, Error> {
     if rotated {
         let mut found = job.track.entries().iter().filter(|entry| entry.found().is_some());
         found.try_for_each(|entry| job.outline(entry).map(drop))?;
@@ -131,9 +153,10 @@ fn write_boxes(
 ) {
     let occluded = |entry: &Entry| entry.status == Some(Status::Uncertain) || entry.is_occluded();
     let state = |entry: &Entry| (occluded(entry), job.values(entry.id, entry.frame));
-    for key in keys(entries, job.key_frames, state) {
+    let overlap = if rotated { rotated::overlap } else { upright };
+    for key in keys(entries, job.key_frames, state, overlap) {
         let entry = key.entry;
-        let rotation = entry.corners.as_ref().filter(|_| rotated).map_or(0.0, rotation);
+        let rotation = if rotated { rotation(entry) } else { 0.0 };
         let (frame, bbox, occluded) = (entry.frame, key.bbox, occluded(entry));
         let shape = Shape { frame, bbox, rotation, outside: false, occluded };
         shape.write(xml, job, entry);
@@ -141,15 +164,6 @@ fn write_boxes(
             Shape { frame: frame + 1, outside: true, ..shape }.write(xml, job, entry);
         }
     }
-}
-
-/// By how many degrees an outline is turned clockwise, from 0 to 360. The box has the width and the
-/// height of the target before it is turned, around the same centre.
-fn rotation(corners: &[[f64; 2]; 4]) -> f64 {
-    let [a, b, c, d] = *corners;
-    // The mean of the upper and the lower side: the outline may be not quite a rectangle.
-    let [x, y] = [0, 1].map(|k| b[k] - a[k] + c[k] - d[k]);
-    round(y.atan2(x).to_degrees().rem_euclid(360.0)) % 360.0
 }
 
 /// A box of a track.

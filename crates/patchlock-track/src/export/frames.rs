@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use patchlock_media::{Limits, image_file};
 
-use super::{Content, Item, Options, Track};
+use super::{Content, ImageUse, Item, Options, Track};
 use crate::{Error, files};
 
 /// Properties of the frames.
@@ -29,25 +29,25 @@ impl Frames {
     /// Lists the images and checks the options against the track and the images.
     pub fn new(track: &Track, options: &Options) -> Result<Self, Error> {
         let format = options.format;
-        if options.images.is_some() && !format.needs_size() && !format.holds_frames() {
-            return Err(invalid(format!("the format {} does not use images", format.name())));
+        if options.images.is_some() && format.images == ImageUse::Unused {
+            return Err(invalid(format!("the format {} does not use images", format.name)));
         }
         let images = match &options.images {
             Some(video) if video.is_file() => Images::Video(video.clone()),
             Some(folder) => Images::Files(images_in(folder, track)?),
             None => Images::None,
         };
-        let size = match format.needs_size() {
+        let size = match format.needs_size {
             true => size(track, options, &images)?,
             false => (0, 0),
         };
-        if format.needs_size() && (size.0 == 0 || size.1 == 0) {
+        if format.needs_size && (size.0 == 0 || size.1 == 0) {
             return Err(invalid(format!(
                 "the size is {} x {}; both sides must be at least 1",
                 size.0, size.1
             )));
         }
-        let count = match format.has_key_frames() {
+        let count = match format.has_key_frames {
             true => count(track, options.limits, &images)?,
             false => None,
         };
@@ -123,7 +123,7 @@ fn size(track: &Track, options: &Options, images: &Images) -> Result<(usize, usi
     let Some((place, size)) = known.next() else {
         return Err(invalid(format!(
             "the format {} needs the frame size: give it, or the images",
-            options.format.name()
+            options.format.name
         )));
     };
     match known.find(|(_, other)| *other != size) {

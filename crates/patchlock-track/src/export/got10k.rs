@@ -2,32 +2,55 @@
 //! line, `meta_info.ini`, and the frames as `00000001.jpg`; and `list.txt` with the names of the
 //! sequences.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use patchlock::BoundingBox;
 
+use super::format::{ImageUse, Purpose};
 use super::sequence::{Found, Sequence, sequences};
 use super::track::Entry;
-use super::{Item, Job};
+use super::{Format, Item, Job};
 use crate::Error;
+
+pub const FORMAT: Format = Format {
+    name: "got10k",
+    title: "GOT-10k",
+    content: "a folder <name>_<id> for each target, with groundtruth.txt and labels; and list.txt",
+    lost: Some("absence"),
+    purpose: Purpose::Benchmark,
+    images: ImageUse::Copied,
+    set: Some(set),
+    ..Format::BASE
+};
 
 /// Number of visibility levels in `cover.label`, not counting 0.
 const COVER_LEVELS: f64 = 8.0;
 
-/// The files of the folder.
-pub fn items(job: &Job<'_>) -> Result<Vec<Item>, Error> {
-    let sequences = sequences(job.track)?;
-    let name = |sequence: &Sequence<'_>| format!("{}_{:06}", job.name, sequence.id);
-    let list: String = sequences.iter().map(|sequence| name(sequence) + "\n").collect();
-    let mut items = vec![Item::text("list.txt", list)];
-    for sequence in &sequences {
-        items.extend(sequence_items(job, sequence, &name(sequence)));
+/// The files of the clips, and a list of the sequences of each folder.
+fn set(_: &str, jobs: &[Job<'_>]) -> Result<Vec<Vec<Item>>, Error> {
+    let mut lists: BTreeMap<&str, String> = BTreeMap::new();
+    let mut clips = Vec::new();
+    for job in jobs {
+        let list = lists.entry(job.folder).or_default();
+        let mut items = Vec::new();
+        for sequence in sequences(job.track)? {
+            let name = format!("{}_{:06}", job.name, sequence.id);
+            items.extend(sequence_items(job, &sequence, &name));
+            *list += &(name + "\n");
+        }
+        clips.push(items);
     }
-    Ok(items)
+    let lists = lists.into_iter();
+    let lists = lists.map(|(folder, names)| Item::text(Path::new(folder).join("list.txt"), names));
+    if let Some(first) = clips.first_mut() {
+        first.extend(lists);
+    }
+    Ok(clips)
 }
 
 fn sequence_items(job: &Job<'_>, sequence: &Sequence<'_>, name: &str) -> Vec<Item> {
-    let folder = Path::new(name);
+    let folder = &Path::new(job.folder).join(name);
     let (width, height) = job.frames.size;
     let meta = format!(
         "[METAINFO]\nurl: unknown\nobject_class: {}\nresolution: ({width}, {height})\n",

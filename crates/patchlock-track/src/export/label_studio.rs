@@ -1,25 +1,71 @@
 //! Label Studio: a JSON file with one task, to import into a project with a `Video`, a
 //! `VideoRectangle` named `box` and its `Labels`. The tracks are its prediction. Positions are
-//! percent of the frame, frames count from 1, and times are those of the frames. The tool
-//! interpolates between key frames, and holds the last one to the end of the clip. A key frame that
+//! percent of the frame, frames count from 1, and times are those of the frames. The tool takes
+//! frames to be as long as the `framerate` of its `Video` says. In a clip whose frames differ in
+//! length, a box is in the frame that the tool shows at its time. The tool interpolates between key frames, and holds the last one to the end of the clip. A key frame that
 //! is not enabled is the last one of a run of frames with a box: the target is shown in it, and then
 //! not before the next one.
 
 use serde_json::{Value, json};
 
-use super::key_frames::{Key, keys};
-use super::track::Entry;
-use super::{Job, round};
+use super::key_frames::{Key, keys, upright};
+use super::track::{Entry, Track};
+use super::{Error, Format, Job, round};
+
+pub const FORMAT: Format = Format {
+    name: "label-studio",
+    title: "Label Studio",
+    content: "a JSON file: a task with a prediction, for VideoRectangle",
+    lost: Some("the end of a stretch"),
+    has_key_frames: true,
+    file: Some(("json", text)),
+    note: Some(note),
+    ..Format::BASE
+};
+
+/// How the tool is to be told the lengths of the frames, if they are known.
+fn note(track: &Track) -> Option<String> {
+    let Pace { rate, is_even } = Pace::of(track)?;
+    let uneven = "the frames of this clip differ in length, so a box is in the frame that is shown at \
+                  its time; ";
+    Some(format!(
+        "{}give the Video of the project framerate=\"{}\"",
+        if is_even { "" } else { uneven },
+        (rate * 1e3).round() / 1e3
+    ))
+}
+
+/// How long frames are.
+struct Pace {
+    /// Mean number of frames per second.
+    rate: f64,
+    /// Whether each frame is shown at the time of its number, at this rate.
+    is_even: bool,
+}
+
+impl Pace {
+    /// That of a track; `None` if not all of its frames have times.
+    fn of(track: &Track) -> Option<Self> {
+        let frames = track.frames();
+        let times = frames.iter().map(|&frame| Some((frame as f64, track.known_time(frame)?)));
+        let times = times.collect::<Option<Vec<(f64, f64)>>>()?;
+        let (last, end) = *times.last()?;
+        let rate = if last > 0.0 && end > 0.0 { last / end } else { return None };
+        let is_even = times.iter().all(|(frame, time)| (time * rate - frame).abs() < 0.5);
+        Some(Self { rate, is_even })
+    }
+}
 
 /// The contents of the file.
-pub fn text(job: &Job<'_>) -> String {
+fn text(job: &Job<'_>) -> Result<String, Error> {
     let last = job.track.frames().last().copied().unwrap_or(0);
     let (count, end) = (job.frames.count.unwrap_or(last + 1), job.track.time(last));
     // As long as a mean frame, or that of a source without times.
     let step = if last > 0 { end / last as f64 } else { job.track.time(1) };
     let duration = round(end + step * (count - last) as f64);
+    let uneven = Pace::of(job.track).filter(|pace| !pace.is_even).map(|pace| pace.rate);
     let region = |(id, entries): (u64, Vec<&Entry>)| {
-        let sequence = sequence(job, &entries);
+        let sequence = sequence(job, uneven, &entries);
         let value = json!({
             "labels": [job.label(id)], "framesCount": count, "duration": duration,
             "sequence": sequence,
@@ -37,21 +83,30 @@ pub fn text(job: &Job<'_>) -> String {
     let task = json!({
         "data": {"video": job.name}, "predictions": [{"model_version": version, "result": result}],
     });
-    format!("{:#}\n", json!([task]))
+    Ok(format!("{:#}\n", json!([task])))
 }
 
-/// The key frames of a target.
-fn sequence(job: &Job<'_>, entries: &[&Entry]) -> Vec<Value> {
+/// The key frames of a target. With a rate, frames are those at the times of the boxes.
+fn sequence(job: &Job<'_>, rate: Option<f64>, entries: &[&Entry]) -> Vec<Value> {
     let (width, height) = (job.frames.size.0 as f64, job.frames.size.1 as f64);
-    let keys = keys(entries, job.key_frames, |_| ()).into_iter();
+    let keys = keys(entries, job.key_frames, |_| (), upright).into_iter();
     let value = |key: Key<'_>| {
         let (frame, bbox) = (key.entry.frame, key.bbox);
+        let shown = rate.map_or(frame, |rate| (job.track.time(frame) * rate).round() as usize);
         json!({
-            "frame": frame + 1, "time": round(job.track.time(frame)), "enabled": !key.ends,
+            "frame": shown + 1, "time": round(job.track.time(frame)), "enabled": !key.ends,
             "rotation": 0,
             "x": round(100.0 * bbox.x / width), "y": round(100.0 * bbox.y / height),
             "width": round(100.0 * bbox.w / width), "height": round(100.0 * bbox.h / height),
         })
     };
-    keys.map(value).collect()
+    let mut values: Vec<Value> = keys.map(value).collect();
+    // Of short frames that the tool does not tell apart, the last one counts.
+    let frames: Vec<Value> = values.iter().map(|value| value["frame"].clone()).collect();
+    let mut k = 0;
+    values.retain(|_| {
+        k += 1;
+        frames.get(k) != Some(&frames[k - 1])
+    });
+    values
 }

@@ -3,19 +3,36 @@
 
 use std::path::Path;
 
+use super::format::{ImageUse, Purpose};
 use super::sequence::{Sequence, sequences};
-use super::{Item, Job};
+use super::{Format, Item, Job};
 use crate::Error;
 
-/// The files of the folder.
-pub fn items(job: &Job<'_>) -> Result<Vec<Item>, Error> {
-    let sequences = sequences(job.track)?;
-    Ok(sequences.iter().flat_map(|sequence| sequence_items(job, sequence)).collect())
+pub const FORMAT: Format = Format {
+    name: "lasot",
+    title: "LaSOT",
+    content: "a folder <label>/<label>-<id> for each target, with groundtruth.txt and flags",
+    lost: Some("full occlusion"),
+    purpose: Purpose::Benchmark,
+    images: ImageUse::Copied,
+    needs_size: false,
+    set: Some(set),
+    ..Format::BASE
+};
+
+/// The files of the clips.
+fn set(_: &str, jobs: &[Job<'_>]) -> Result<Vec<Vec<Item>>, Error> {
+    let of_clip = |job: &Job<'_>| {
+        let sequences = sequences(job.track)?;
+        Ok(sequences.iter().flat_map(|sequence| sequence_items(job, sequence)).collect())
+    };
+    jobs.iter().map(of_clip).collect()
 }
 
 fn sequence_items(job: &Job<'_>, sequence: &Sequence<'_>) -> Vec<Item> {
     let label = job.label(sequence.id);
-    let folder = Path::new(label).join(format!("{label}-{}{}", job.prefix, sequence.id));
+    let folder =
+        Path::new(job.folder).join(label).join(format!("{label}-{}{}", job.prefix, sequence.id));
     let mut items = vec![
         Item::text(folder.join("groundtruth.txt"), sequence.boxes(1.0)),
         Item::text(folder.join("full_occlusion.txt"), flags(sequence, |hidden| hidden)),

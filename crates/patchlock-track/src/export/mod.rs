@@ -9,13 +9,17 @@
 mod all;
 mod coco;
 mod cvat;
+mod format;
 mod frames;
 mod got10k;
 mod key_frames;
+mod kitti;
 mod label_studio;
 mod lasot;
 mod mot;
 mod output;
+mod rotated;
+mod selection;
 mod sequence;
 mod track;
 mod voc;
@@ -32,122 +36,26 @@ use crate::attributes::Attribute;
 use frames::Frames;
 
 pub use all::{Clip, Part, SplitError, split, write_all, write_texts};
+pub use format::{Format, ImageUse, Purpose};
+pub use key_frames::KeyFrames;
+pub use selection::{Counts, Selection};
 pub use track::{About, Entry, Said, Track};
-
-/// An export format.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Format {
-    /// The results format of MOTChallenge: a text file with
-    /// `frame,id,left,top,width,height,confidence,-1,-1,-1` on each line; frames and pixels count
-    /// from 1. The confidence is 0 while the target is lost.
-    Mot,
-    /// A JSON file in the format of COCO, with `videos` and `tracks`. Each annotation has
-    /// `track_id`, and the rotated outline as `segmentation`, the score, the attribute `status` and
-    /// those of the target if they are known.
-    Coco,
-    /// "CVAT for video 1.1": an XML file with one track per target. A target is outside from the
-    /// frame after a box in which it has none, or is lost. Without the number of frames of the
-    /// clip, there is taken to be a frame after the last box.
-    Cvat,
-    /// As [`Format::Cvat`], with the rotated outline in place of the upright box: the box before it
-    /// is turned, and the attribute `rotation`. All boxes need an outline.
-    CvatObb,
-    /// A folder with `data.yaml` and `labels/train`, one text file per frame with `class centre-x
-    /// centre-y width height`, relative to the frame and clipped to it. Targets are not told apart.
-    /// Frames in which one is lost are left out.
-    Yolo,
-    /// As [`Format::Yolo`], with the four corners of the outline instead of the box: `class x1 y1 x2
-    /// y2 x3 y3 x4 y4`. All boxes need an outline.
-    YoloObb,
-    /// Pascal VOC: a folder with `Annotations`, one XML file per frame, and `JPEGImages`. Boxes are
-    /// clipped to the frame. Frames in which a target is lost are left out.
-    Voc,
-    /// Label Studio: a JSON file with one task, whose predictions are regions of the video.
-    LabelStudio,
-    /// One folder `<label>/<label>-<id>` per target, with `groundtruth.txt`, `full_occlusion.txt`
-    /// and `out_of_view.txt`. A lost target counts as fully occluded.
-    Lasot,
-    /// One folder `<name>_<id>` per target, with `groundtruth.txt`, `absence.label`, `cover.label`,
-    /// `cut_by_image.label` and `meta_info.ini`; and `list.txt`. A lost target is absent.
-    Got10k,
-}
 
 impl Format {
     /// All formats.
-    pub const ALL: [Self; 10] = [
-        Self::Mot,
-        Self::Coco,
-        Self::Cvat,
-        Self::CvatObb,
-        Self::Yolo,
-        Self::YoloObb,
-        Self::Voc,
-        Self::LabelStudio,
-        Self::Lasot,
-        Self::Got10k,
+    pub const ALL: [Self; 11] = [
+        mot::FORMAT,
+        kitti::FORMAT,
+        coco::FORMAT,
+        cvat::FORMAT,
+        cvat::FORMAT_OBB,
+        yolo::FORMAT,
+        yolo::FORMAT_OBB,
+        voc::FORMAT,
+        label_studio::FORMAT,
+        lasot::FORMAT,
+        got10k::FORMAT,
     ];
-
-    /// The name on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Mot => "mot",
-            Self::Coco => "coco",
-            Self::Cvat => "cvat",
-            Self::CvatObb => "cvat-obb",
-            Self::Yolo => "yolo",
-            Self::YoloObb => "yolo-obb",
-            Self::Voc => "voc",
-            Self::LabelStudio => "label-studio",
-            Self::Lasot => "lasot",
-            Self::Got10k => "got10k",
-        }
-    }
-
-    /// The format of this name.
-    ///
-    /// # Errors
-    /// [`Error::Export`] if there is no such format; the message lists the names.
-    pub fn named(name: &str) -> Result<Self, Error> {
-        Self::ALL.into_iter().find(|format| format.name() == name).ok_or_else(|| {
-            let known = Self::ALL.map(Self::name).join(", ");
-            Error::Export(format!("there is no format {name}; the formats are {known}"))
-        })
-    }
-
-    /// Whether boxes of frames in which the target is lost are left out.
-    pub fn leaves_out_lost(self) -> bool {
-        matches!(self, Self::Yolo | Self::YoloObb | Self::Voc)
-    }
-
-    /// Whether the format needs the frame size.
-    pub fn needs_size(self) -> bool {
-        !matches!(self, Self::Mot | Self::Lasot)
-    }
-
-    /// Whether the format includes the frames, which are copied if there are any.
-    pub fn holds_frames(self) -> bool {
-        matches!(self, Self::Yolo | Self::YoloObb | Self::Voc | Self::Lasot | Self::Got10k)
-    }
-
-    /// Whether an export of many clips has copies of their frames.
-    pub fn copies_frames(self) -> bool {
-        self.holds_frames() || self == Self::Coco
-    }
-
-    /// Whether its boxes are rotated, for which each needs an outline.
-    pub fn is_rotated(self) -> bool {
-        matches!(self, Self::CvatObb | Self::YoloObb)
-    }
-
-    /// Whether the format is a single file, as opposed to a folder.
-    pub fn is_file(self) -> bool {
-        matches!(self, Self::Mot | Self::Coco | Self::Cvat | Self::CvatObb | Self::LabelStudio)
-    }
-
-    /// Whether the format has key frames, between which the tool interpolates.
-    pub fn has_key_frames(self) -> bool {
-        matches!(self, Self::Cvat | Self::CvatObb | Self::LabelStudio)
-    }
 }
 
 /// Most lines of an export that has more than the track: a line for each frame of a target's
@@ -176,12 +84,51 @@ pub struct Options {
     /// Whether images may be links that leave their folder. A folder of others could lead to any
     /// image of this machine.
     pub follow_links: bool,
-    /// Only every so many-th box is a key frame, besides the first and the last of each run of
-    /// frames with a box, those that a person has drawn, and those at which something else changes;
-    /// the tool interpolates between them. 1 makes all boxes key frames.
-    pub key_frames: usize,
+    /// Which boxes are written.
+    pub selection: Selection,
+    /// Which boxes are key frames, between which the tool interpolates.
+    pub key_frames: KeyFrames,
     /// What the images or the video may claim.
     pub limits: Limits,
+}
+
+impl Options {
+    /// The options of an export without images, in which all boxes are key frames and the targets
+    /// are of the class `target`. `name` is that of the video.
+    pub fn new(format: Format, name: impl Into<String>) -> Self {
+        Self {
+            format,
+            name: name.into(),
+            label: "target".to_owned(),
+            labels: Vec::new(),
+            size: None,
+            images: None,
+            follow_links: false,
+            selection: Selection::default(),
+            key_frames: KeyFrames::Every(1),
+            limits: Limits::default(),
+        }
+    }
+}
+
+/// What an export has written.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Written {
+    /// The number of files.
+    pub files: usize,
+    /// The number of targets of which a box is written.
+    pub targets: usize,
+    /// The numbers of boxes that are written and that are left out.
+    pub boxes: Counts,
+    /// What a person has to know who imports the files, in sentences without a full stop.
+    pub notes: Vec<String>,
+}
+
+impl Written {
+    /// What is left out, what is doubtful, and what has to be known: sentences without a full stop.
+    pub fn remarks(&self) -> Vec<String> {
+        [self.boxes.remarks(), self.notes.clone()].concat()
+    }
 }
 
 /// One file of an export.
@@ -209,12 +156,6 @@ impl Item {
     }
 }
 
-/// The files of an export.
-enum Files {
-    One(String),
-    Folder(Vec<Item>),
-}
-
 /// The input of a format.
 struct Job<'a> {
     track: &'a Track,
@@ -226,15 +167,19 @@ struct Job<'a> {
     /// The places of the labels in `labels`.
     classes: HashMap<&'a str, usize>,
     frames: Frames,
-    key_frames: usize,
+    key_frames: KeyFrames,
     /// What the names of its images begin with, to tell them from those of other clips.
     prefix: String,
     /// Whether the detector is trained with it, or judged.
     part: Part,
+    /// The folder of the clip in formats that have one of each; empty if all are in one place.
+    folder: &'static str,
 }
 
 impl<'a> Job<'a> {
-    fn new(track: &'a Track, options: &'a Options, frames: Frames) -> Self {
+    /// The job for the boxes of `track` that are written. Classes are those of all its targets, so that
+    /// they do not depend on what is left out.
+    fn new(track: &'a Track, all: &'a Track, options: &'a Options, frames: Frames) -> Self {
         let mut job = Self {
             track,
             name: &options.name,
@@ -245,9 +190,10 @@ impl<'a> Job<'a> {
             key_frames: options.key_frames,
             prefix: String::new(),
             part: Part::Train,
+            folder: "",
         };
         options.labels.iter().for_each(|label| job.add(label));
-        for id in track.ids() {
+        for id in all.ids() {
             job.add(job.label(id));
         }
         job
@@ -270,8 +216,8 @@ impl<'a> Job<'a> {
     fn outline(&self, entry: &Entry) -> Result<[[f64; 2]; 4], Error> {
         entry.corners.ok_or_else(|| {
             Error::Export(format!(
-                "target {} of {} has no outline in frame {}; yolo-obb and cvat-obb need one of each box, as in \
-                 a table of patchlock track. Projects have upright boxes: use yolo or cvat",
+                "target {} of {} has no outline in frame {}; a format of rotated boxes needs one of each box, as \
+                 in a table of patchlock track. Projects have upright boxes: use yolo or cvat",
                 entry.id, self.name, entry.frame
             ))
         })
@@ -299,18 +245,18 @@ impl<'a> Job<'a> {
 }
 
 /// Writes a track to a file, or to a folder that does not exist yet or is empty. If an error
-/// occurs, nothing is written. Returns the number of files.
+/// occurs, nothing is written.
 ///
 /// # Errors
-/// [`Error::Export`] if the options are inconsistent, if there would be more than [`MOST_LINES`],
-/// or if `out` exists: a file is replaced only with `overwrite`, a folder never. [`Error::Read`]
-/// and [`Error::Frame`] for the images; [`Error::Write`].
+/// [`Error::Export`] if the options are inconsistent, if they leave out all boxes, if there would be
+/// more than [`MOST_LINES`], or if `out` exists: a file is replaced only with `overwrite`, a folder
+/// never. [`Error::Read`] and [`Error::Frame`] for the images; [`Error::Write`].
 pub fn write(
     track: &Track,
     options: &Options,
     out: &Path,
     overwrite: bool,
-) -> Result<usize, Error> {
+) -> Result<Written, Error> {
     write_unless(track, options, out, overwrite, &|| false)
 }
 
@@ -324,56 +270,65 @@ pub fn write_unless(
     out: &Path,
     overwrite: bool,
     stopped: &dyn Fn() -> bool,
-) -> Result<usize, Error> {
+) -> Result<Written, Error> {
     check_word("label", &options.label)?;
-    check_word("name", &options.name)?;
-    check_key_frames(options)?;
+    check(options)?;
     let format = options.format;
     output::check(out, format.is_file(), overwrite)?;
     let frames = Frames::new(track, options)?;
-    let job = Job::new(track, options, frames);
+    let (selected, boxes) = options.selection.of(track, &format);
+    check_some(&boxes)?;
+    let job = Job::new(&selected, track, options, frames);
     if format.holds_frames() {
         job.labels.iter().try_for_each(|label| check_word("label", label))?;
     }
-    let files = match options.format {
-        Format::Mot => Files::One(mot::text(&job)),
-        Format::Coco => Files::One(coco::text(&options.name, &[&job])),
-        Format::Cvat | Format::CvatObb => Files::One(cvat::text(&job, format.is_rotated())?),
-        Format::Yolo | Format::YoloObb => Files::Folder({
-            let mut items = yolo::of_clip(&job, yolo::Shape::of(options.format))?;
-            items.push(yolo::about(&options.name, &[&job]));
-            items
-        }),
-        Format::Voc => Files::Folder({
-            let mut names = voc::Names::default();
-            let mut items = voc::of_clip(&job, &mut names);
-            items.extend(voc::about(&names, &[&job]));
-            items
-        }),
-        Format::LabelStudio => Files::One(label_studio::text(&job)),
-        Format::Lasot => Files::Folder(lasot::items(&job)?),
-        Format::Got10k => Files::Folder(got10k::items(&job)?),
-    };
+    let targets = selected.targets_with_boxes();
+    let notes = format.notes([track]);
+    let written = |files| Written { files, targets, boxes, notes };
+    if let Some((_, text)) = format.file {
+        let text = text(&job)?;
+        output::check_not(stopped)?;
+        return output::write_file(out, &text, overwrite).map(|()| written(1));
+    }
+    let set = format.set.map(|set| set(&options.name, &[job])).transpose()?;
+    let items: Vec<Item> = set.into_iter().flatten().flatten().collect();
     output::check_not(stopped)?;
-    match files {
-        Files::One(text) => output::write_file(out, &text, overwrite).map(|()| 1),
-        Files::Folder(items) => {
-            let reader = output::Reader::new(options)?;
-            let count = items.len();
-            output::write_folder(out, vec![(items, reader)], stopped).map(|()| count)
+    let reader = output::Reader::new(options)?;
+    let files = items.len();
+    output::write_folder(out, vec![(items, reader)], stopped).map(|()| written(files))
+}
+
+/// Checks the options of one or of many clips.
+fn check(options: &Options) -> Result<(), Error> {
+    check_word("name", &options.name)?;
+    options.selection.check(&options.format)?;
+    let refused = |reason: String| Err(Error::Export(reason));
+    let name = options.format.name;
+    match options.key_frames {
+        KeyFrames::Every(1) => Ok(()),
+        _ if !options.format.has_key_frames => {
+            let with = Format::ALL.into_iter().filter(|format| format.has_key_frames);
+            let with: Vec<&str> = with.map(|format| format.name).collect();
+            refused(format!("{name} has no key frames; {} have", with.join(", ")))
         }
+        KeyFrames::Every(step) if step > 0 => Ok(()),
+        KeyFrames::Overlap(least) if least > 0.0 && least < 1.0 => Ok(()),
+        KeyFrames::Every(step) => refused(format!(
+            "every {step}th frame cannot be a key frame of {name}; allowed: 1 or more"
+        )),
+        KeyFrames::Overlap(least) => refused(format!(
+            "the least overlap of key frames is {least}; it must be above 0 and below 1"
+        )),
     }
 }
 
-/// Checks whether the format has such key frames.
-fn check_key_frames(Options { format, key_frames, .. }: &Options) -> Result<(), Error> {
-    match *key_frames == 0 || (*key_frames > 1 && !format.has_key_frames()) {
+/// Refuses a selection that leaves out all boxes.
+fn check_some(boxes: &Counts) -> Result<(), Error> {
+    match boxes.boxes == 0 && boxes.left_out() > 0 {
+        true => {
+            Err(Error::Export(format!("no box is to be written: {}", boxes.remarks().join("; "))))
+        }
         false => Ok(()),
-        true => Err(Error::Export(format!(
-            "every {key_frames}th frame cannot be a key frame of {}: cvat, cvat-obb and label-studio take \
-             a number from 1, the other formats have no key frames",
-            format.name()
-        ))),
     }
 }
 

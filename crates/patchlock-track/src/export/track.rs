@@ -49,11 +49,6 @@ impl Entry {
         self.bbox.filter(|_| self.status != Some(Status::Lost))
     }
 
-    /// Whether a person has said that the target is not visible.
-    pub(super) fn is_hidden(&self) -> bool {
-        self.said.is_some_and(|said| said.hidden)
-    }
-
     /// Whether the target is occluded: as a person has said, or if the score is below 0.5.
     pub(super) fn is_occluded(&self) -> bool {
         let unsure = || self.score.is_some_and(|score| score < OCCLUDED);
@@ -256,7 +251,12 @@ impl Track {
     /// Seconds from the first frame of the source to this one; by 30 frames per second if the file
     /// has no times.
     pub(super) fn time(&self, frame: usize) -> f64 {
-        self.times.get(&frame).copied().unwrap_or(frame as f64 / DEFAULT_RATE)
+        self.known_time(frame).unwrap_or(frame as f64 / DEFAULT_RATE)
+    }
+
+    /// Seconds from the first frame of the source to this one, if the file has them.
+    pub(super) fn known_time(&self, frame: usize) -> Option<f64> {
+        self.times.get(&frame).copied()
     }
 
     /// Milliseconds that the tracker took for a frame, all targets together, if the file has them.
@@ -314,14 +314,23 @@ impl Track {
         &self.entries
     }
 
-    /// The number of boxes.
-    pub fn boxes(&self) -> usize {
-        self.entries.iter().filter(|entry| entry.bbox.is_some()).count()
+    /// The same track with only these of its entries.
+    pub(super) fn with_entries(&self, entries: Vec<Entry>) -> Self {
+        Self {
+            entries,
+            size: self.size,
+            clip_frames: self.clip_frames,
+            times: self.times.clone(),
+            ms: self.ms.clone(),
+            about: self.about.clone(),
+            declared: self.declared.clone(),
+        }
     }
 
-    /// The number of boxes of frames in which the target is lost.
-    pub fn lost_boxes(&self) -> usize {
-        self.boxes() - self.entries.iter().filter(|entry| entry.found().is_some()).count()
+    /// The number of targets that have a box.
+    pub(super) fn targets_with_boxes(&self) -> usize {
+        let with_box = self.entries.iter().filter(|entry| entry.bbox.is_some());
+        with_box.map(|entry| entry.id).collect::<BTreeSet<_>>().len()
     }
 
     /// The ids of all targets, in increasing order.

@@ -1,25 +1,46 @@
 //! Pascal VOC: `Annotations/<image>.xml` for each frame, `ImageSets/Main/trainval.txt` with their
 //! names (and `train.txt` and `val.txt` of clips that are divided), the frames in `JPEGImages`, and `labelmap.txt`, which CVAT and datumaro need for labels
 //! that VOC does not define. Pixels count from 1, and the right and lower sides are those of the
-//! last pixel. Boxes are clipped to the frame and rounded; boxes outside it are omitted. Frames in
-//! which a target is lost are left out, as in YOLO.
+//! last pixel. Boxes are clipped to the frame and rounded; boxes outside it are omitted.
 
 use std::fmt::Write;
 use std::path::Path;
 
+use super::format::{ImageUse, Purpose};
 use super::xml::{Document, digit};
 use super::yolo::clipped;
-use super::{Entry, Item, Job, Part};
+use super::{Entry, Error, Format, Item, Job, Part};
+
+pub const FORMAT: Format = Format {
+    name: "voc",
+    title: "Pascal VOC",
+    content: "a folder to train a detector: Annotations, ImageSets, labelmap.txt and JPEGImages; \
+              boxes are clipped to the frame, ids are lost",
+    purpose: Purpose::Training,
+    images: ImageUse::Copied,
+    set: Some(set),
+    ..Format::BASE
+};
+
+/// The files of the clips.
+fn set(_: &str, jobs: &[Job<'_>]) -> Result<Vec<Vec<Item>>, Error> {
+    let mut names = Names::default();
+    let mut clips: Vec<Vec<Item>> = jobs.iter().map(|job| of_clip(job, &mut names)).collect();
+    if let Some(first) = clips.first_mut() {
+        first.extend(about(&names, jobs));
+    }
+    Ok(clips)
+}
 
 /// The names of the images of each part, one a line.
 #[derive(Default)]
-pub struct Names {
+struct Names {
     train: String,
     val: String,
 }
 
 /// The files of the folder that belong to no image of these clips, which have the same labels.
-pub fn about(names: &Names, jobs: &[&Job<'_>]) -> Vec<Item> {
+fn about(names: &Names, jobs: &[Job<'_>]) -> Vec<Item> {
     let set = |name: &str, names: &str| {
         Item::text(Path::new("ImageSets/Main").join(name).with_extension("txt"), names)
     };
@@ -34,14 +55,14 @@ pub fn about(names: &Names, jobs: &[&Job<'_>]) -> Vec<Item> {
 }
 
 /// The annotations and the images of a clip, whose names are added.
-pub fn of_clip(job: &Job<'_>, names: &mut Names) -> Vec<Item> {
+fn of_clip(job: &Job<'_>, names: &mut Names) -> Vec<Item> {
     let mut items = Vec::new();
     let names = match job.part {
         Part::Train => &mut names.train,
         Part::Val => &mut names.val,
     };
     for entries in job.track.entries().chunk_by(|a, b| a.frame == b.frame) {
-        let Some(objects) = objects(job, entries) else { continue };
+        let objects = objects(job, entries);
         let frame = entries[0].frame;
         let image = Path::new(&job.image(frame)).with_extension("jpg");
         let text = annotation(job, &image, &objects);
@@ -102,12 +123,11 @@ impl Object<'_> {
     }
 }
 
-/// The objects of one frame; `None` if a target is lost in it.
-fn objects<'a>(job: &'a Job<'_>, entries: &[Entry]) -> Option<Vec<Object<'a>>> {
+/// The objects of one frame.
+fn objects<'a>(job: &'a Job<'_>, entries: &[Entry]) -> Vec<Object<'a>> {
     let (width, height) = (job.frames.size.0 as f64, job.frames.size.1 as f64);
     let mut objects = Vec::new();
-    for entry in entries.iter().filter(|entry| !entry.is_hidden()) {
-        let bbox = entry.found()?;
+    for (entry, bbox) in entries.iter().filter_map(|entry| Some((entry, entry.found()?))) {
         let Some(sides) = clipped(&bbox, width, height) else { continue };
         let whole = sides == [bbox.x, bbox.y, bbox.x + bbox.w, bbox.y + bbox.h];
         // Left and top of the first pixel, right and bottom of the last one, at least one pixel
@@ -121,5 +141,5 @@ fn objects<'a>(job: &'a Job<'_>, entries: &[Entry]) -> Option<Vec<Object<'a>>> {
             sides: [left, top, right.max(left), bottom.max(top)],
         });
     }
-    Some(objects)
+    objects
 }

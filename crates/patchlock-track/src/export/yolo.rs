@@ -1,38 +1,62 @@
 //! YOLO, as read by Ultralytics: `data.yaml`, `labels/train/<image>.txt` with `class centre-x
 //! centre-y width height` relative to the frame, and the frames in `images/train`; clips that are
 //! kept for judging are in `labels/val` and `images/val`. Boxes are clipped to the frame, as the
-//! format requires, and stay in it when they are rounded; boxes outside it are omitted. Frames in
-//! which a target is lost are left out: it may be in the picture, and a detector would learn that it
-//! is background. With rotated boxes, a line has the corners of the outline, each clipped to the
-//! frame, in place of the box.
+//! format requires, and stay in it when they are rounded; boxes outside it are omitted. With
+//! rotated boxes, a line has the corners of the outline, each clipped to the frame, in place of the
+//! box.
 
 use std::fmt::Write;
 use std::path::Path;
 
 use patchlock::BoundingBox;
 
+use super::format::{ImageUse, Purpose};
 use super::{Entry, Format, Item, Job, Part};
 use crate::Error;
 
+pub const FORMAT: Format = Format {
+    name: "yolo",
+    title: "YOLO",
+    content: "a folder to train a detector: data.yaml, labels and images; boxes are clipped to the \
+              frame, ids are lost",
+    purpose: Purpose::Training,
+    images: ImageUse::Copied,
+    set: Some(|name, jobs| set(name, jobs, Shape::Box)),
+    ..Format::BASE
+};
+
+pub const FORMAT_OBB: Format = Format {
+    name: "yolo-obb",
+    title: "YOLO, rotated boxes",
+    content: "the same with the corners of the rotated outline in place of the box; only for tables \
+              of patchlock track",
+    is_rotated: true,
+    set: Some(|name, jobs| set(name, jobs, Shape::Outline)),
+    ..FORMAT
+};
+
 /// What a line says of a target.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Shape {
+enum Shape {
     /// Its upright box.
     Box,
     /// The corners of its outline.
     Outline,
 }
 
-impl Shape {
-    /// That of a format.
-    pub fn of(format: Format) -> Self {
-        if format == Format::YoloObb { Self::Outline } else { Self::Box }
+/// The files of the clips.
+fn set(name: &str, jobs: &[Job<'_>], shape: Shape) -> Result<Vec<Vec<Item>>, Error> {
+    let clips = jobs.iter().map(|job| of_clip(job, shape));
+    let mut clips = clips.collect::<Result<Vec<_>, Error>>()?;
+    if let Some(first) = clips.first_mut() {
+        first.push(about(name, jobs));
     }
+    Ok(clips)
 }
 
 /// What the folder of these clips holds, which have the same labels. Without `path`, Ultralytics
 /// takes the folder of this file, wherever it is and from wherever it is read.
-pub fn about(name: &str, jobs: &[&Job<'_>]) -> Item {
+fn about(name: &str, jobs: &[Job<'_>]) -> Item {
     let has_val = jobs.iter().any(|job| job.part == Part::Val);
     let val = if has_val { Part::Val } else { Part::Train };
     let labels = jobs.first().map_or(&[] as &[&str], |job| job.labels.as_slice());
@@ -49,11 +73,11 @@ pub fn about(name: &str, jobs: &[&Job<'_>]) -> Item {
 }
 
 /// The labels and the images of a clip.
-pub fn of_clip(job: &Job<'_>, shape: Shape) -> Result<Vec<Item>, Error> {
+fn of_clip(job: &Job<'_>, shape: Shape) -> Result<Vec<Item>, Error> {
     let (mut items, part) = (Vec::new(), job.part.name());
     let entries = job.track.entries();
     for frames in entries.chunk_by(|a, b| a.frame == b.frame) {
-        let Some(labels) = labels(job, frames, shape)? else { continue };
+        let labels = labels(job, frames, shape)?;
         let frame = frames[0].frame;
         let name = job.image(frame);
         let label = Path::new("labels").join(part).join(&name).with_extension("txt");
@@ -64,12 +88,11 @@ pub fn of_clip(job: &Job<'_>, shape: Shape) -> Result<Vec<Item>, Error> {
     Ok(items)
 }
 
-/// The lines of one frame; `None` if a target is lost in it.
-fn labels(job: &Job<'_>, entries: &[Entry], shape: Shape) -> Result<Option<String>, Error> {
+/// The lines of one frame.
+fn labels(job: &Job<'_>, entries: &[Entry], shape: Shape) -> Result<String, Error> {
     let (width, height) = (job.frames.size.0 as f64, job.frames.size.1 as f64);
     let mut lines = String::new();
-    for entry in entries.iter().filter(|entry| !entry.is_hidden()) {
-        let Some(bbox) = entry.found() else { return Ok(None) };
+    for (entry, bbox) in entries.iter().filter_map(|entry| Some((entry, entry.found()?))) {
         let Some([left, top, right, bottom]) = clipped(&bbox, width, height) else { continue };
         let numbers: Vec<f64> = match shape {
             Shape::Box => {
@@ -90,7 +113,7 @@ fn labels(job: &Job<'_>, entries: &[Entry], shape: Shape) -> Result<Option<Strin
         let numbers: Vec<String> = numbers.iter().map(|number| format!("{number:.6}")).collect();
         let _ = writeln!(lines, "{} {}", job.class(entry.id), numbers.join(" "));
     }
-    Ok(Some(lines))
+    Ok(lines)
 }
 
 /// Centre and length of the part of a side of the frame from `from` to `to`, relative to that side.

@@ -1,0 +1,112 @@
+//! A project as a table, which can be imported again.
+
+use std::borrow::Cow;
+use std::collections::BTreeSet;
+use std::io;
+
+use patchlock::{BoundingBox, Status};
+use patchlock_track::export::About;
+use patchlock_track::text::as_cell;
+use serde::Serialize;
+
+use super::{about, check_rows, refused, rows};
+use crate::project::{Error, Project};
+
+/// A line of the table.
+#[derive(Serialize)]
+struct Line<'a> {
+    frame: usize,
+    id: u64,
+    label: Cow<'a, str>,
+    x: Option<f64>,
+    y: Option<f64>,
+    w: Option<f64>,
+    h: Option<f64>,
+    score: Option<f64>,
+    status: Option<Status>,
+    key: bool,
+    occluded: bool,
+    truncated: bool,
+    hidden: bool,
+    visible: Option<f64>,
+    agreement: Option<f64>,
+    frame_w: usize,
+    frame_h: usize,
+}
+
+/// The columns of a [`Line`].
+const COLUMNS: [&str; 17] = [
+    "frame",
+    "id",
+    "label",
+    "x",
+    "y",
+    "w",
+    "h",
+    "score",
+    "status",
+    "key",
+    "occluded",
+    "truncated",
+    "hidden",
+    "visible",
+    "agreement",
+    "frame_w",
+    "frame_h",
+];
+
+/// What the names of columns with attributes begin with.
+pub(crate) const ATTRIBUTE: &str = "attribute:";
+
+/// The table of a project, ordered by target and frame: CSV with the columns that
+/// [`Format::Csv`](crate::import::Format::Csv) lists, and one for each attribute.
+///
+/// # Errors
+/// As [`track`](super::track).
+pub fn table(project: &Project) -> Result<String, Error> {
+    check_rows(project)?;
+    let about: Vec<About> = project.targets.iter().map(|it| about(project, it)).collect();
+    let names = about.iter().flat_map(|it| it.attributes.keys().chain(it.changes.keys()));
+    let names: BTreeSet<&String> = names.collect();
+    let mut out = csv::WriterBuilder::new().has_headers(false).from_writer(Vec::new());
+    let of_attributes = names.iter().map(|name| format!("{ATTRIBUTE}{name}"));
+    let header = COLUMNS.iter().map(|&name| name.to_owned()).chain(of_attributes);
+    out.write_record(header).map_err(|error| refused(error.to_string()))?;
+    let mut count = 0;
+    for (target, about) in project.targets.iter().zip(&about) {
+        for row in rows(target) {
+            let values = about.at(row.frame);
+            let values = names.iter().map(|name| values.get(name.as_str()).copied());
+            let values: Vec<Cow<'_, str>> =
+                values.map(|value| as_cell(value.unwrap_or_default())).collect();
+            count += usize::from(row.bbox.is_some());
+            let said = row.said.unwrap_or_default();
+            let side = |of: fn(BoundingBox) -> f64| row.bbox.map(of);
+            let line = Line {
+                frame: row.frame,
+                id: target.id,
+                label: as_cell(&target.label),
+                x: side(|b| b.x),
+                y: side(|b| b.y),
+                w: side(|b| b.w),
+                h: side(|b| b.h),
+                score: row.score,
+                status: row.status,
+                key: row.said.is_some() && !said.hidden,
+                occluded: said.occluded,
+                truncated: said.truncated,
+                hidden: said.hidden,
+                visible: row.visible,
+                agreement: row.agreement,
+                frame_w: project.video.width,
+                frame_h: project.video.height,
+            };
+            out.serialize((line, values)).map_err(|error| refused(error.to_string()))?;
+        }
+    }
+    if count == 0 {
+        return Err(refused("the project has no boxes"));
+    }
+    let bytes = out.into_inner().map_err(|error| refused(error.to_string()))?;
+    String::from_utf8(bytes).map_err(|error| refused(io::Error::other(error).to_string()))
+}

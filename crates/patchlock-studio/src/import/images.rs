@@ -1,0 +1,138 @@
+//! Which frame the image of an annotation is. Images of a folder are known by their names; the frames
+//! of a video have none, so that files of other programs can only number them.
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use patchlock_media::image_file::is_image;
+use patchlock_track::files;
+
+use super::Outcome;
+
+/// The names of the images of a folder, in the order of the frames; empty for a video.
+pub fn names_of(video: &Path) -> Vec<String> {
+    let images = files::images(video).unwrap_or_default();
+    images.iter().map(|image| files::name_of(image)).collect()
+}
+
+/// The images of a clip.
+pub struct Images {
+    /// Frames by the names of their images, with and without ending; `None` for a name that several
+    /// have.
+    frames: HashMap<String, Option<usize>>,
+}
+
+impl Images {
+    pub fn new(names: &[String]) -> Self {
+        let mut frames = HashMap::new();
+        let stems = names.iter().map(|name| stem(name));
+        for (frame, stem) in stems.enumerate() {
+            let known = frames.entry(stem.to_owned()).or_insert(Some(frame));
+            *known = known.filter(|known| *known == frame);
+        }
+        // A whole name is that of one image.
+        frames.extend(names.iter().enumerate().map(|(frame, name)| (name.clone(), Some(frame))));
+        Self { frames }
+    }
+
+    /// Whether the frames have names.
+    pub fn have_names(&self) -> bool {
+        !self.frames.is_empty()
+    }
+
+    /// The frame of an image with this name, which may have a path, another ending, and what Roboflow
+    /// and Label Studio add to it.
+    pub fn named(&self, name: &str) -> Outcome<usize> {
+        let base = base(name);
+        let own = stem(base);
+        let candidates = [base, own, without_hash(own), without_prefix(own)];
+        let found = candidates.iter().find_map(|name| self.frames.get(*name).copied().flatten());
+        found.ok_or_else(|| {
+            format!("no image of the folder has the name {name:?}, with or without ending")
+        })
+    }
+}
+
+/// The frames of images of a video, which have numbers at the ends of their names. Names such as
+/// `frame_000012`, which we and CVAT give to frames, count from 0; of others, the lowest number is that
+/// of frame 0.
+pub struct Numbers {
+    first: usize,
+    /// What is to be said of it.
+    pub note: String,
+}
+
+impl Numbers {
+    /// Those of all images of a file.
+    pub fn new<'n>(names: impl Iterator<Item = &'n str>) -> Outcome<Self> {
+        let mut first: Option<(usize, &str)> = None;
+        let mut from_zero = true;
+        for name in names {
+            let number = number(name)?;
+            from_zero &= is_name_of_frame(stem_of(name));
+            if first.is_none_or(|(least, _)| number < least) {
+                first = Some((number, name));
+            }
+        }
+        let (first, name) = match first {
+            Some((first, name)) if !from_zero => (first, stem_of(name)),
+            _ => (0, "frame_000000"),
+        };
+        let note = format!(
+            "The images are matched with the frames by the numbers at the ends of their names: {name} is \
+             frame 0"
+        );
+        Ok(Self { first, note })
+    }
+
+    /// The frame of an image of the file.
+    pub fn frame(&self, name: &str) -> Outcome<usize> {
+        Ok(number(name)?.saturating_sub(self.first))
+    }
+}
+
+/// The number at the end of a name without its ending, and without a hash.
+fn number(name: &str) -> Outcome<usize> {
+    let own = stem_of(name);
+    let digits = own.trim_end_matches(|c: char| c.is_ascii_digit()).len();
+    own[digits..].parse().map_err(|_| {
+        format!("the image {name:?} has no number at the end of its name, and the frames of a video no names")
+    })
+}
+
+/// Whether it is a name that we and CVAT give to a frame.
+fn is_name_of_frame(stem: &str) -> bool {
+    let digits = stem.strip_prefix("frame_");
+    digits.is_some_and(|digits| digits.len() == 6 && digits.bytes().all(|it| it.is_ascii_digit()))
+}
+
+/// The name without folders, ending and hash.
+fn stem_of(name: &str) -> &str {
+    without_hash(stem(base(name)))
+}
+
+/// The name without the folders before it.
+fn base(name: &str) -> &str {
+    name.rsplit(['/', '\\']).next().unwrap_or(name)
+}
+
+/// The name without the ending of an image or of a file of labels.
+fn stem(name: &str) -> &str {
+    let is_known = |end: &str| is_image(Path::new(name)) || matches!(end, "txt" | "xml");
+    match name.rsplit_once('.') {
+        Some((stem, end)) if !stem.is_empty() && is_known(end) => stem,
+        _ => name,
+    }
+}
+
+/// `0001` of `0001_jpg.rf.8a1b9`, as Roboflow names images.
+fn without_hash(stem: &str) -> &str {
+    let Some((before, _)) = stem.split_once(".rf.") else { return stem };
+    before.rsplit_once('_').map_or(before, |(name, _)| name)
+}
+
+/// `0001` of `8a1b9c2d-0001`, as Label Studio names uploaded images.
+fn without_prefix(stem: &str) -> &str {
+    let is_hash = |prefix: &str| prefix.len() == 8 && prefix.chars().all(|c| c.is_ascii_hexdigit());
+    stem.split_once('-').filter(|(prefix, _)| is_hash(prefix)).map_or(stem, |(_, name)| name)
+}

@@ -1,0 +1,161 @@
+//! Label Studio: a JSON list of tasks. Of a video, key frames of targets, counted from 1; of images,
+//! rectangles. Positions are percent of the frame. Between two key frames the tool interpolates, and
+//! after one that is not enabled the target is not shown.
+
+use std::collections::BTreeMap;
+
+use patchlock::BoundingBox;
+use serde::Deserialize;
+use serde_json::Value;
+
+use super::images::Numbers;
+use super::{Found, Outcome, Row};
+
+#[derive(Deserialize)]
+struct Task {
+    #[serde(default)]
+    data: BTreeMap<String, Value>,
+    #[serde(default)]
+    annotations: Vec<Results>,
+    #[serde(default)]
+    predictions: Vec<Results>,
+}
+
+#[derive(Deserialize)]
+struct Results {
+    #[serde(default)]
+    result: Vec<Region>,
+    #[serde(default)]
+    was_cancelled: bool,
+}
+
+#[derive(Deserialize)]
+struct Region {
+    id: Option<String>,
+    #[serde(rename = "type", default)]
+    kind: String,
+    #[serde(default)]
+    value: RegionValue,
+}
+
+#[derive(Deserialize, Default)]
+struct RegionValue {
+    #[serde(default)]
+    sequence: Vec<Key>,
+    #[serde(default)]
+    labels: Vec<String>,
+    #[serde(default)]
+    rectanglelabels: Vec<String>,
+    x: Option<f64>,
+    y: Option<f64>,
+    width: Option<f64>,
+    height: Option<f64>,
+    #[serde(default)]
+    rotation: f64,
+}
+
+#[derive(Deserialize)]
+struct Key {
+    frame: usize,
+    #[serde(default = "yes")]
+    enabled: bool,
+    x: f64,
+    y: f64,
+    width: f64,
+    height: f64,
+    #[serde(default)]
+    rotation: f64,
+}
+
+fn yes() -> bool {
+    true
+}
+
+impl Task {
+    /// What people have annotated; if nobody has, what was predicted.
+    fn regions(&self) -> impl Iterator<Item = &Region> {
+        let drawn = self.annotations.iter().find(|results| !results.was_cancelled);
+        drawn.or(self.predictions.first()).into_iter().flat_map(|results| &results.result)
+    }
+
+    /// The address of its image.
+    fn image(&self) -> &str {
+        self.data.values().find_map(Value::as_str).unwrap_or_default()
+    }
+}
+
+/// Reads all tasks.
+pub fn read(text: &str, found: &mut Found<'_>) -> Outcome {
+    let tasks: Vec<Task> = serde_json::from_str(text).map_err(|error| error.to_string())?;
+    let is_video = |task: &Task| task.regions().any(|region| region.kind == "videorectangle");
+    let videos = tasks.iter().filter(|task| is_video(task)).count();
+    if videos > 1 {
+        return Err(format!("the file has {videos} videos; a project has one"));
+    }
+    let is_image = |task: &&Task| task.regions().any(|region| region.kind == "rectanglelabels");
+    let images = || tasks.iter().filter(is_image).map(Task::image);
+    let numbered = !found.images.have_names() && images().next().is_some();
+    let numbers = numbered.then(|| Numbers::new(images())).transpose()?;
+    for task in &tasks {
+        for (k, region) in task.regions().enumerate() {
+            let wrong = |reason: String| format!("region {}: {reason}", k + 1);
+            match region.kind.as_str() {
+                "videorectangle" => add_sequence(region, found).map_err(wrong)?,
+                "rectanglelabels" => {
+                    let name = task.image();
+                    let frame = match &numbers {
+                        Some(numbers) => numbers.frame(name),
+                        None => found.images.named(name),
+                    };
+                    add_rectangle(region, frame?, found).map_err(wrong)?;
+                }
+                kind => found.leave_out(if kind.is_empty() { "region" } else { kind }),
+            }
+        }
+    }
+    found.notes.extend(numbers.map(|numbers| numbers.note));
+    Ok(())
+}
+
+/// A box of percents in pixels.
+fn in_pixels([x, y, w, h]: [f64; 4], found: &Found<'_>) -> BoundingBox {
+    let (width, height) = (found.video.width as f64 / 100.0, found.video.height as f64 / 100.0);
+    BoundingBox { x: x * width, y: y * height, w: w * width, h: h * height }
+}
+
+fn add_rectangle(region: &Region, frame: usize, found: &mut Found<'_>) -> Outcome {
+    let value = &region.value;
+    let (Some(x), Some(y), Some(w), Some(h)) = (value.x, value.y, value.width, value.height) else {
+        return Err("it has no x, y, width and height".to_owned());
+    };
+    if value.rotation != 0.0 {
+        found.leave_out("rotated box");
+        return Ok(());
+    }
+    let bbox = Some(in_pixels([x, y, w, h], found));
+    let label = value.rectanglelabels.first().cloned();
+    found.add(&Row { frame, label, bbox, ..Row::default() })
+}
+
+fn add_sequence(region: &Region, found: &mut Found<'_>) -> Outcome {
+    let id = region.id.as_deref().ok_or("it has no id")?;
+    let label = region.value.labels.first().cloned();
+    let mut keys: Vec<&Key> = region.value.sequence.iter().collect();
+    keys.sort_by_key(|key| key.frame);
+    let end = found.video.frames;
+    for (k, key) in keys.iter().enumerate() {
+        let frame = key.frame.checked_sub(1).ok_or("a frame is 0; frames count from 1")?;
+        if key.rotation != 0.0 {
+            found.leave_out("rotated box");
+            continue;
+        }
+        let bbox = Some(in_pixels([key.x, key.y, key.width, key.height], found));
+        let track = Some(id.to_owned());
+        found.add(&Row { frame, track, label: label.clone(), bbox, ..Row::default() })?;
+        let next = keys.get(k + 1).map_or(end, |next| next.frame - 1);
+        if !key.enabled && next > frame + 1 {
+            found.hide(Some(id), label.as_deref(), [frame + 1, next - 1]);
+        }
+    }
+    Ok(())
+}
