@@ -181,6 +181,9 @@ pub struct Mp4 {
     info: StreamInfo,
     decoder: Decoder,
     next: usize,
+    /// The first frame that is sure to be whole since the decoder began anew: those that are shown
+    /// before its entrance may refer to pictures that it has not seen.
+    whole_from: usize,
     last_wanted: usize,
     /// Whether frames before the wanted one are kept, since they may be wanted next.
     reverse: bool,
@@ -259,6 +262,7 @@ impl Mp4 {
             info,
             decoder: Decoder::new(),
             next: 0,
+            whole_from: 0,
             last_wanted: 0,
             reverse,
             ready: BTreeMap::new(),
@@ -308,6 +312,7 @@ impl Mp4 {
         if goal < self.next || entrance > self.next {
             self.decoder = Decoder::new();
             self.next = entrance;
+            self.whole_from = if entrance == 0 { 0 } else { self.pictures.shown[entrance] };
             // What comes after the entrance is decoded again.
             self.ready.clear();
         }
@@ -328,7 +333,7 @@ impl Mp4 {
                 continue;
             }
             let Some(frame) = self.decode(&data)? else { continue };
-            if shown < keep_from {
+            if shown < keep_from.max(self.whole_from) {
                 continue;
             }
             if self.ready.len() > held {
@@ -397,6 +402,34 @@ impl Mp4 {
         Ok(())
     }
 
+    /// The error for a frame with this fault. Of a damaged one, it names the next key frame that is
+    /// there.
+    fn failure(&mut self, fault: Fault, index: usize) -> Error {
+        let error = fault.of(index, &self.name);
+        let Error::Frame { index, name, fault: FrameFault::Damaged, mut reason } = error else {
+            return error;
+        };
+        if let Some(next) = self.next_key_frame(index) {
+            reason = format!("{reason}; the next key frame is {next}");
+        }
+        Error::Frame { index, name, fault: FrameFault::Damaged, reason }
+    }
+
+    fn next_key_frame(&mut self, index: usize) -> Option<usize> {
+        let info = self.info;
+        let picture = self.frames.get(index)?.picture;
+        let Pictures { entrances, shown, .. } = &self.pictures;
+        let later = entrances.partition_point(|&sample| shown[sample] <= picture);
+        let later = entrances[later..].to_vec();
+        let is_whole =
+            |sample: &usize| self.read_sample(*sample).is_ok_and(|data| h264::is_intra(&data));
+        let next = later.into_iter().find(is_whole);
+        self.info = info;
+        let shown = self.pictures.shown[next?];
+        let after = self.frames.iter().skip(index).position(|frame| frame.picture == shown)?;
+        Some(index + after)
+    }
+
     /// What the stream says of its colours, else what the file says, else what is usual for the
     /// size.
     fn colour(&self, frame: &Planes<'_>, info: &StreamInfo) -> Colour {
@@ -458,7 +491,9 @@ impl FrameSource for Mp4 {
         if !self.ready.contains_key(&picture) {
             self.seek_for(picture);
         }
-        self.decode_until(picture, keep_from).map_err(|fault| fault.of(index, &self.name))?;
+        if let Err(fault) = self.decode_until(picture, keep_from) {
+            return Err(self.failure(fault, index));
+        }
         let decoded = self.ready.get(&picture);
         let shown = decoded.map(|(frame, info)| {
             let YuvFrame { width, height, y, u, v } = frame;

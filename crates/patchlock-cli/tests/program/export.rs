@@ -168,3 +168,23 @@ fn boxes_of_lost_frames_are_counted_only_where_they_are_written() {
     said("yolo", "1 box of 1 target in 2 files; without 1 of lost frames");
     said("coco", "2 boxes of 1 target in 1 file\n");
 }
+
+#[test]
+fn images_of_another_video_than_that_of_the_project_are_a_warning() {
+    let bench = Bench::new();
+    bench.mp4("v.mp4", 4);
+    bench.mp4("other.mp4", 5);
+    bench.track("v.mp4").args(["--project", "p.json"]).assert().success();
+    fs::copy(bench.path("v.mp4"), bench.path("copy.mp4")).unwrap();
+    bench.images("f", 4);
+    let run = |images: &str| {
+        let out = format!("{images}.xml");
+        let args = ["p.json", "--format", "cvat", "--images", images, "--out", &out];
+        export(&bench, &args).success()
+    };
+    let words = "warning: other.mp4 is not the video of";
+    run("other.mp4").stderr(contains(words).and(contains("v.mp4: check that the boxes fit")));
+    for same in ["v.mp4", "copy.mp4", "f"] {
+        run(same).stderr(contains("warning").not());
+    }
+}

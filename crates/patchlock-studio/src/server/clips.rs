@@ -410,6 +410,7 @@ impl Opened {
             "undo": held.store.undo_text(),
             "redo": held.store.redo_text(),
             "changed": self.changed,
+            "notes": held.store.notes().iter().map(ToString::to_string).collect::<Vec<_>>(),
         }))
     }
 
