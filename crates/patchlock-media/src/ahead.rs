@@ -4,7 +4,7 @@ use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::thread;
 use std::time::Duration;
 
-use crate::{Error, FrameSource, Picture};
+use crate::{Error, FrameSource, Note, Picture};
 
 /// Decoded frames kept in the queue. A longer queue would only use more memory.
 const DEPTH: usize = 2;
@@ -14,6 +14,7 @@ pub(crate) const PATIENCE: Duration = Duration::from_millis(100);
 /// An iterator over chosen frames of a source, decoded ahead on a separate thread.
 pub struct Ahead {
     frames: Receiver<(usize, Result<Option<Picture>, Error>)>,
+    notes: Receiver<Note>,
     last: Option<usize>,
     ended: bool,
 }
@@ -38,6 +39,7 @@ impl Ahead {
         mut indices: impl Iterator<Item = usize> + Send + 'static,
     ) -> Self {
         let (sender, frames) = mpsc::sync_channel(DEPTH);
+        let (noted, notes) = mpsc::channel();
         thread::spawn(move || {
             let start: Vec<usize> = indices.by_ref().take(2).collect();
             if let [first, second] = start[..]
@@ -49,13 +51,23 @@ impl Ahead {
             for index in start.into_iter().chain(indices) {
                 let frame = source.frame(index);
                 let more = matches!(frame, Ok(Some(_)));
+                for note in source.notes() {
+                    // Nobody has to listen.
+                    let _ = noted.send(note);
+                }
                 if sender.send((index, frame)).is_err() || !more {
                     return;
                 }
             }
             let _ = sender.send((0, Ok(None)));
         });
-        Self { frames, last: None, ended: false }
+        Self { frames, notes, last: None, ended: false }
+    }
+
+    /// What a user should know of the frames, found since the last call. It may be about frames that
+    /// are decoded but not taken yet.
+    pub fn notes(&self) -> impl Iterator<Item = Note> {
+        self.notes.try_iter()
     }
 
     /// Waits for the next frame and returns it with its index. Returns `None` at the end, and soon

@@ -5,7 +5,7 @@ use std::process::Stdio;
 use std::time::Duration;
 
 use crate::child::{Running, Watched, apart};
-use crate::ffmpeg::{EVERY_FRAME_ONCE, Program, TIMES, TIMES_FILE, Times};
+use crate::ffmpeg::{EVERY_FRAME_ONCE, Heard, Program, TIMES};
 use crate::limits::Limits;
 use crate::y4m::Y4mStream;
 
@@ -15,7 +15,9 @@ const END: Duration = Duration::from_secs(1);
 /// A file whose pictures ffmpeg decodes, in the order in which they are shown.
 pub struct ExternalDecoder {
     frames: Y4mStream<Watched>,
-    times: Times,
+    heard: Heard,
+    /// The number of the first picture.
+    first: usize,
     next: usize,
     _running: Running,
 }
@@ -60,7 +62,6 @@ impl ExternalDecoder {
         limits: Limits,
         sync: [&str; 2],
     ) -> Option<Started> {
-        let folder = tempfile::tempdir().ok()?;
         let input = [
             ["-err_detect", "explode"],
             ["-strict", "1"],
@@ -77,27 +78,28 @@ impl ExternalDecoder {
         let cut = wanted.from.map(|(_, cut)| format!("settb=AVTB,trim=start_pts={cut},"));
         let cut = cut.unwrap_or_default();
         // Written at equal distances, since times that are uneven would count as an error.
-        let filters = format!("{cut}{TIMES}{TIMES_FILE},setpts=N/TB,format=yuv420p|yuvj420p");
+        let filters = format!("{cut}{TIMES},setpts=N/TB,format=yuv420p|yuvj420p");
         command.args(sync).args(["-vf", &filters]);
         command.args(["-strict", "-1", "-f", "yuv4mpegpipe", "-"]);
-        command.current_dir(folder.path()).stdout(Stdio::piped()).stderr(Stdio::null());
+        command.stdout(Stdio::piped()).stderr(Stdio::piped());
         if !program.is_of_group {
             apart(&mut command);
         }
-        let started = program.spawn(&mut command, wanted.path, Some(folder.path()), limits);
+        let started = program.spawn(&mut command, wanted.path, limits);
         let mut child = started.ok()?;
-        let output = child.stdout.take();
+        let (output, errors) = (child.stdout.take(), child.stderr.take());
         let running = Running::new(child);
         let output = Watched::new(output?, program.patience);
         let Ok(frames) = Y4mStream::begin(output, "ffmpeg", limits, None, wanted.first) else {
             // One that hangs would hang again.
             return running.end(END).is_ok().then_some(Started::Ended);
         };
-        let times = Times::new(folder, wanted.first);
+        let heard = Heard::listen(errors?, program.patience);
         let [width, height] = wanted.size;
         let header = frames.header();
         let fits = header.size() == wanted.size && header.frame_bytes() == width * height * 3 / 2;
-        let decoder = Self { frames, times, next: wanted.first, _running: running };
+        let first = wanted.first;
+        let decoder = Self { frames, heard, first, next: first, _running: running };
         let decoder = Box::new(decoder);
         fits.then_some(Started::Decoder(decoder))
     }
@@ -111,7 +113,7 @@ impl ExternalDecoder {
     /// shown at this time, in millionths of a second.
     pub fn read(&mut self, time: i64) -> Option<Vec<u8>> {
         let planes = self.frames.read_next().ok()??;
-        let shown = self.times.absolute(self.next)?;
+        let shown = self.heard.time(self.next - self.first)?;
         self.next += 1;
         (shown.abs_diff(time) <= 1).then_some(planes)
     }

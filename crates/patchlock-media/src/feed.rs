@@ -1,7 +1,7 @@
 //! Frames for a tracker, wherever they come from.
 
-use crate::live::{Live, Note};
-use crate::{Ahead, Error, Next, Picture, ahead};
+use crate::live::Live;
+use crate::{Ahead, Error, Next, Note, Picture, ahead};
 
 /// Frames of a file, decoded ahead, or the newest of a live source.
 pub enum Feed {
@@ -40,10 +40,10 @@ impl Feed {
         })
     }
 
-    /// What has happened to a live source since the last call.
+    /// What a user should know of the source, found since the last call.
     pub fn notes(&self) -> Vec<Note> {
         match self {
-            Self::Ahead(_) => Vec::new(),
+            Self::Ahead(ahead) => ahead.notes().collect(),
             Self::Live(live) => live.notes().collect(),
         }
     }

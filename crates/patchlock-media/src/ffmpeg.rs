@@ -1,24 +1,26 @@
 //! Decodes all other video formats with an `ffmpeg` process, whose Y4M output is read through a
-//! pipe.
+//! pipe. The times of the frames and its complaints come through standard error, each in front of
+//! the frame that it is about.
 
-use std::collections::BTreeMap;
+mod heard;
+mod process;
+mod video;
+
 use std::ffi::OsString;
-use std::fs::File;
-use std::io::{self, BufReader, Read};
+use std::io::{self, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
-use std::sync::mpsc::{self, Receiver};
-use std::thread;
 use std::time::Duration;
 
-use tempfile::TempDir;
-
-use crate::child::{Running, Watched, silent};
+use crate::child::{Running, Watched};
 use crate::colour::Matrix;
 use crate::confine::{self, Allowed};
 use crate::limits::{self, Limits};
-use crate::source::count_by_reading;
-use crate::{Container, Error, FrameRate, FrameSource, Picture, y4m};
+use crate::{Container, Error, FrameRate, FrameSource, y4m};
+
+pub(crate) use heard::{Heard, without_address};
+use process::Task;
+use video::Video;
 
 /// The option for "every frame exactly once", as spelled by new and by old versions of ffmpeg.
 pub(crate) const EVERY_FRAME_ONCE: [[&str; 2]; 2] = [["-fps_mode", "passthrough"], ["-vsync", "0"]];
@@ -35,17 +37,17 @@ pub(crate) const CONTAINERS: &str = "matroska,webm,mov,mp4,avi,flv,mpeg,mpegts,m
                           bmp_pipe,dpx_pipe,exr_pipe,gif_pipe,j2k_pipe,jpeg_pipe,jpegxl_pipe,jpegxl_anim,\
                           pam_pipe,pbm_pipe,pgm_pipe,ppm_pipe,pfm_pipe,png_pipe,psd_pipe,qoi_pipe,\
                           sgi_pipe,tiff_pipe,webp_pipe,pcx_pipe,jpegls_pipe";
-/// Writes the time of each frame, in millionths of a second, to a file before the frame itself.
+/// Writes the time of each frame, in millionths of a second, to standard error before the frame
+/// itself.
 pub(crate) const TIMES: &str =
-    "settb=AVTB,metadata=mode=add:key=n:value=0,metadata=mode=print:direct=1:file=";
-pub(crate) const TIMES_FILE: &str = "times.txt";
+    "settb=AVTB,metadata=mode=add:key=n:value=0,metadata=mode=print:direct=1:file=pipe\\\\:2";
 
 /// Which program is run, and how long it may write nothing.
 #[derive(Debug, Clone)]
 pub struct Program {
     pub(crate) name: PathBuf,
     pub(crate) patience: Duration,
-    /// A folder that it may change besides that of the times. Tests have one.
+    /// A folder that it may change. Tests have one.
     pub(crate) folder: Option<PathBuf>,
     /// Whether it ends with the group of this process, which somebody else ends.
     pub(crate) is_of_group: bool,
@@ -69,134 +71,9 @@ pub fn open(
     program: Program,
 ) -> Result<Box<dyn FrameSource>, Error> {
     let about = About::of(path, reason, limits, &program)?;
-    let About { sound, pixels, .. } = about;
-    let places = match times {
-        Some(times) => Places::of(times),
-        None if about.is_countable => Places::NotRead,
-        None => Places::Unknown,
-    };
     let (path, reason) = (path.to_path_buf(), reason.to_string());
     let task = Task { program, path, reason, limits, matrix: about.matrix };
-    let part = task.start(None, false)?;
-    let (kept, length) = (BTreeMap::new(), None);
-    let mut video = Video { task, part, next: 0, places, kept, reverse, length, pixels, sound };
-    if reverse {
-        video.prepare_reverse()?;
-    }
-    Ok(Box::new(video))
-}
-
-/// How to decode a video.
-struct Task {
-    program: Program,
-    path: PathBuf,
-    reason: String,
-    limits: Limits,
-    matrix: Option<Matrix>,
-}
-
-impl Task {
-    /// Starts ffmpeg: at the beginning, or with the frame of this number, which is the first one
-    /// shown at this time, in millionths of a second, or later. With `whole`, the frames are copied
-    /// to a temporary file, in which they can be read in any order.
-    fn start(&self, from: Option<(usize, i64)>, whole: bool) -> Result<Part, Error> {
-        let (first, from) = (from.map_or(0, |(first, _)| first), from.map(|(_, time)| time));
-        let name = self.path.display().to_string();
-        let folder = tempfile::tempdir().map_err(|error| {
-            Error::unreadable(&name, format!("ffmpeg needs a temporary folder: {error}"))
-        })?;
-        let mut last_error = None;
-        for sync in EVERY_FRAME_ONCE {
-            let mut command = self.decoding(from, sync)?;
-            command.current_dir(folder.path());
-            let pipe = Pipe::start(&mut command, self, Some(folder.path()))?;
-            match y4m::open_stream(pipe, &name, whole, self.limits, self.matrix, first) {
-                Ok(frames) => {
-                    let times = Times::new(folder, first);
-                    return Ok(Part { frames, times });
-                }
-                Err(error) if messages_in(&error).contains("max pixel count") => {
-                    return Err(Error::TooManyPixels { name, limit: self.limits.pixels });
-                }
-                Err(error) if messages_in(&error).contains("not on whitelist") => {
-                    let reason = "it is in none of the formats that ffmpeg may read here";
-                    return Err(Error::unreadable_in(Container::Other, &name, reason));
-                }
-                Err(error) => {
-                    let old_version = messages_in(&error).contains("fps_mode");
-                    last_error = Some(error);
-                    if !old_version {
-                        break;
-                    }
-                }
-            }
-        }
-        Err(last_error.map_or_else(|| Error::unreadable(&name, "ffmpeg did not start"), of_ffmpeg))
-    }
-
-    /// Decodes all frames. `-xerror` is not used: it also rejects intact videos with unevenly
-    /// spaced frames. Dithering would make the pixels of a frame depend on how many were decoded
-    /// before it.
-    fn decoding(&self, from: Option<i64>, sync: [&str; 2]) -> Result<Command, Error> {
-        let mut command = self.program.command(&self.path, "error", from, self.limits)?;
-        let filters = format!("{TIMES}{TIMES_FILE},{FORMATS}");
-        command.args(sync).args(["-sws_dither", "none", "-vf", &filters]);
-        command.args(["-strict", "-1", "-f", "yuv4mpegpipe", "-"]);
-        Ok(command)
-    }
-
-    /// When the frames are shown, from the packets of the file, which are read but not decoded;
-    /// `None` if they do not tell.
-    fn packet_times(&self) -> Option<Vec<i64>> {
-        let most = limits::frames(self.path.metadata().ok()?.len()) as usize;
-        let mut command = self.program.command(&self.path, "error", None, self.limits).ok()?;
-        command.args(["-c", "copy", "-f", "framecrc", "-"]);
-        let mut lines = BufReader::new(Pipe::start(&mut command, self, None).ok()?);
-        let (mut unit, mut times) = (None, Vec::new());
-        while let Some(line) = y4m::piece_of_line(&mut lines).ok()? {
-            if let Some(text) = line.strip_prefix("#tb 0: ") {
-                let (over, under) = text.trim().split_once('/')?;
-                unit = Some((over.parse::<i128>().ok()?, under.parse::<i128>().ok()?));
-            } else if !line.starts_with('#') {
-                let ticks: i64 = line.split(',').nth(2)?.trim().parse().ok()?;
-                let (over, under) = unit.filter(|&(over, under)| over > 0 && under > 0)?;
-                let micros = 1_000_000 * over * i128::from(ticks);
-                times.push(i64::try_from((micros + under / 2).div_euclid(under)).ok()?);
-            }
-            if times.len() > most {
-                return None;
-            }
-        }
-        // Packets are in the order of decoding.
-        times.sort_unstable();
-        Some(times)
-    }
-}
-
-/// When each frame is shown, in millionths of a second: where ffmpeg has to begin to start with
-/// that frame.
-enum Places {
-    /// The packets of the file have not been read yet.
-    NotRead,
-    Known(Vec<i64>),
-    /// All frames before a frame have to be decoded.
-    Unknown,
-}
-
-impl Places {
-    /// Frames that are shown twice, or at the same time, have no certain place.
-    fn of(times: Vec<i64>) -> Self {
-        match !times.is_empty() && times.is_sorted_by(|a, b| a < b) {
-            true => Self::Known(times),
-            false => Self::Unknown,
-        }
-    }
-}
-
-/// Frames from one run of ffmpeg, with their times.
-struct Part {
-    frames: Box<dyn FrameSource>,
-    times: Times,
+    Ok(Box::new(Video::open(task, about, times, reverse)?))
 }
 
 impl Program {
@@ -244,21 +121,21 @@ impl Program {
         Ok(())
     }
 
-    /// Starts a command that reads this file, and may write in this folder.
+    /// Starts a command that reads this file.
     pub(crate) fn spawn(
         &self,
         command: &mut Command,
         reads: &Path,
-        folder: Option<&Path>,
         limits: Limits,
     ) -> io::Result<Child> {
-        let changes = folder.into_iter().chain(self.folder.as_deref()).collect();
+        let changes = self.folder.as_deref().into_iter().collect();
         let reads = vec![reads];
         confine::spawn(command, &Allowed { reads, is_ours: false, changes, pixels: limits.pixels })
     }
 }
 
 /// What the frames of Y4M do not tell of a video.
+#[derive(Default)]
 struct About {
     /// The matrix of the colours; `None` if the video does not say.
     matrix: Option<Matrix>,
@@ -267,6 +144,8 @@ struct About {
     pixels: usize,
     /// Whether each packet of the file is a frame that is shown.
     is_countable: bool,
+    /// Frames per second on average, rounded to hundredths.
+    mean_rate: Option<FrameRate>,
 }
 
 impl About {
@@ -277,12 +156,12 @@ impl About {
             .args(["-frames:v", "1", "-vf", "showinfo", "-f", "null", "-"])
             .stdout(Stdio::null())
             .stderr(Stdio::piped());
-        let started = program.spawn(&mut command, path, None, limits);
+        let started = program.spawn(&mut command, path, limits);
         let mut child = started.map_err(|error| cannot_start(error, path, reason))?;
         let errors = child.stderr.take();
         // What it prints is all that matters; it is killed in the end.
         let _running = Running::new(child);
-        let mut about = Self { matrix: None, sound: false, pixels: 0, is_countable: false };
+        let mut about = Self::default();
         let mut one_each = false;
         let Some(errors) = errors else { return Ok(about) };
         let mut errors = BufReader::new(Watched::new(errors, program.patience));
@@ -295,6 +174,7 @@ impl About {
                 Ok(None) | Err(_) => return Ok(about),
             };
             let is_stream = line.contains("Stream #");
+            about.mean_rate = about.mean_rate.or(mean_rate(&line).filter(|_| is_stream));
             about.sound |= is_stream && line.contains(": Audio:");
             one_each |= is_stream && ONE_FRAME_EACH.iter().any(|codec| line.contains(codec));
             // Other containers than MP4 may store the two fields of an interlaced frame apart.
@@ -311,6 +191,13 @@ impl About {
 fn area(size: &str) -> Option<usize> {
     let (width, height) = size.split_once('x')?;
     width.parse::<usize>().ok()?.checked_mul(height.parse().ok()?)
+}
+
+/// The average rate in the description of a stream, such as `25 fps, 50 tbr`.
+fn mean_rate(line: &str) -> Option<FrameRate> {
+    let (before, _) = line.split_once(" fps,")?;
+    let per_second: f64 = before.rsplit(' ').next()?.parse().ok()?;
+    FrameRate::new((per_second * 100.0).round() as u32, 100)
 }
 
 /// Encodings in which each packet holds one frame that is shown. VP8 and MPEG-4, for example, have
@@ -336,219 +223,6 @@ pub(crate) fn matrix(name: &str) -> Option<Matrix> {
     }
 }
 
-/// Frames kept when reading backwards, if they are not too large.
-const BACKWARD_WINDOW: usize = 32;
-/// To reach a frame that is not farther ahead, ffmpeg is not started again.
-const NEAR: usize = 48;
-
-/// A video that ffmpeg decodes.
-struct Video {
-    task: Task,
-    part: Part,
-    /// The frame that the part gives next.
-    next: usize,
-    places: Places,
-    /// Frames that were read in advance.
-    kept: BTreeMap<usize, Picture>,
-    /// Whether frames before the wanted one are kept, since they may be wanted next.
-    reverse: bool,
-    /// The number of frames, if it had to be known.
-    length: Option<usize>,
-    /// Pixels of a frame.
-    pixels: usize,
-    sound: bool,
-}
-
-impl Video {
-    /// When all frames are shown, if that is certain enough to start at any of them.
-    fn places(&mut self) -> Option<&[i64]> {
-        if let Places::NotRead = self.places {
-            self.places = self.task.packet_times().map_or(Places::Unknown, Places::of);
-        }
-        match &self.places {
-            Places::Known(times) => Some(times),
-            Places::NotRead | Places::Unknown => None,
-        }
-    }
-
-    /// Reading backwards takes places of the frames, or else a copy of the decoded video.
-    fn prepare_reverse(&mut self) -> Result<(), Error> {
-        self.length = match self.places().map(<[i64]>::len) {
-            Some(length) => Some(length),
-            None => {
-                self.reverse = false;
-                self.part = self.task.start(None, true)?;
-                self.part.frames.length()
-            }
-        };
-        Ok(())
-    }
-
-    /// Sees to it that the part gives this frame next, or one not far before it.
-    fn approach(&mut self, index: usize) -> Result<(), Error> {
-        if (self.next..=self.next + NEAR).contains(&index) || self.part.frames.length().is_some() {
-            return Ok(());
-        }
-        if self.start_at(index).is_some() {
-            return Ok(());
-        }
-        // A start that failed shows that the places are wrong.
-        self.places = Places::Unknown;
-        if index < self.next {
-            (self.part, self.next) = (self.task.start(None, false)?, 0);
-        }
-        Ok(())
-    }
-
-    /// Starts with this frame, if it is certain that ffmpeg then begins with that one.
-    fn start_at(&mut self, index: usize) -> Option<()> {
-        let times = self.places()?;
-        let (first, wanted) = (*times.first()?, *times.get(index)?);
-        let before = index.checked_sub(1).map(|before| times[before]);
-        let from = before.map(|before| (index, before + (wanted - before) / 2));
-        let mut part = self.task.start(from, false).ok()?;
-        let picture = part.frames.frame(index).ok()??;
-        if (part.times.absolute(index)? - wanted).abs() > 1 {
-            return None;
-        }
-        part.times.start = Some(first);
-        (self.part, self.next) = (part, index + 1);
-        self.kept.insert(index, picture);
-        Some(())
-    }
-
-    /// Reads a frame that is kept, or one at or after the next one of the part.
-    fn read(&mut self, index: usize) -> Result<Option<Picture>, Error> {
-        if let Some(picture) = self.kept.remove(&index) {
-            return Ok(Some(picture));
-        }
-        let picture = self.part.frames.frame(index)?;
-        self.next = index + 1;
-        // A frame that comes at another time than the packets say has another number.
-        if let (Places::Known(times), Some(now)) = (&self.places, self.part.times.absolute(index))
-            && times.get(index).is_none_or(|time| time.abs_diff(now) > 1)
-        {
-            self.places = Places::Unknown;
-        }
-        Ok(picture)
-    }
-
-    /// The first frame to read for this one.
-    fn window(&self, index: usize) -> usize {
-        let held = self.task.limits.held_frames(self.pixels, BACKWARD_WINDOW);
-        (index + 1).saturating_sub(if self.reverse { held } else { 1 })
-    }
-}
-
-impl FrameSource for Video {
-    fn length(&self) -> Option<usize> {
-        self.length
-    }
-
-    fn rate(&self) -> Option<FrameRate> {
-        self.part.frames.rate()
-    }
-
-    fn has_sound(&self) -> bool {
-        self.sound
-    }
-
-    fn count(&mut self) -> Result<usize, Error> {
-        if let Some(length) = self.length {
-            return Ok(length);
-        }
-        // The places are wrong if the first frame comes at another time.
-        let first = self.frame(0)?;
-        self.kept.extend(first.map(|picture| (0, picture)));
-        match self.places().map(<[i64]>::len) {
-            Some(length) => Ok(length),
-            None => count_by_reading(self, 1),
-        }
-    }
-
-    fn frame(&mut self, index: usize) -> Result<Option<Picture>, Error> {
-        if self.length.is_some_and(|length| index >= length) {
-            return Ok(None);
-        }
-        if !self.kept.contains_key(&index) {
-            self.kept.clear();
-            let first = self.window(index);
-            self.approach(first)?;
-            for before in first..index {
-                let picture = self.read(before)?;
-                self.kept.extend(picture.map(|picture| (before, picture)));
-            }
-        }
-        // A frame without a time has that of an even rate.
-        Ok(self.read(index)?.map(|picture| {
-            let time = self.part.times.of(index).or(picture.time);
-            picture.at(time)
-        }))
-    }
-}
-
-/// The times of the frames, in a file that ffmpeg writes ahead of them.
-pub(crate) struct Times {
-    folder: TempDir,
-    lines: Option<BufReader<File>>,
-    /// The number of the first frame in the file.
-    first: usize,
-    /// In millionths of a second; `None` for a frame without a time.
-    read: Vec<Option<i64>>,
-    /// The time of frame 0, if that is not in the file.
-    start: Option<i64>,
-}
-
-impl Times {
-    /// The times of the frames from this number on, in a file in this folder.
-    pub(crate) fn new(folder: TempDir, first: usize) -> Self {
-        Self { folder, lines: None, first, read: Vec::new(), start: None }
-    }
-
-    /// The time of a frame in the video; `None` if ffmpeg has not told.
-    pub(crate) fn absolute(&mut self, index: usize) -> Option<i64> {
-        let at = index.checked_sub(self.first)?;
-        if self.lines.is_none() {
-            let file = File::open(self.folder.path().join(TIMES_FILE)).ok()?;
-            self.lines = Some(BufReader::new(file));
-        }
-        while self.read.len() <= at {
-            let line = y4m::piece_of_line(self.lines.as_mut()?).ok()??;
-            if let Some((_, after)) = line.split_once(" pts:") {
-                let time = after.split_whitespace().next().and_then(|text| text.parse().ok());
-                self.read.push(time);
-            }
-        }
-        self.read[at]
-    }
-
-    /// When a frame is shown, in seconds from the first frame of the video.
-    fn of(&mut self, index: usize) -> Option<f64> {
-        let time = self.absolute(index)?;
-        let start = self.start.or(*self.read.first()?)?;
-        Some((time - start) as f64 / 1e6)
-    }
-}
-
-/// What ffmpeg wrote to standard error before it failed to write a header. Its exit codes do not
-/// tell why.
-fn messages_in(error: &Error) -> &str {
-    match error {
-        Error::Unreadable { reason, .. } | Error::StreamEnd { reason, .. } => reason,
-        _ => "",
-    }
-}
-
-/// The error of the video, as opposed to one of the Y4M stream that ffmpeg makes of it.
-fn of_ffmpeg(error: Error) -> Error {
-    match error {
-        Error::Unreadable { name, reason, .. } => {
-            Error::Unreadable { name, container: Some(Container::Other), reason }
-        }
-        error => error,
-    }
-}
-
 /// The error for a process that did not start.
 fn cannot_start(error: io::Error, path: &Path, reason: &str) -> Error {
     match error.kind() {
@@ -559,95 +233,12 @@ fn cannot_start(error: io::Error, path: &Path, reason: &str) -> Error {
     }
 }
 
-/// Summarises what ffmpeg wrote to standard error: the first line, which usually names the cause,
-/// and the last line. Empty if ffmpeg wrote nothing.
-fn messages(errors: impl Read) -> String {
-    let (mut first, mut last) = (None, None);
-    let mut errors = BufReader::new(errors);
-    while let Some(line) = y4m::piece_of_line(&mut errors).ok().flatten() {
-        let line = without_address(&line);
-        if !line.is_empty() {
-            *if first.is_none() { &mut first } else { &mut last } = Some(line);
-        }
-    }
-    first.into_iter().chain(last).collect::<Vec<_>>().join(" ... ")
-}
-
-/// Removes a leading memory address such as `[hevc @ 0x55e5cc57e4c0] `. Returns an empty string for
-/// a line that only counts repetitions.
-pub(crate) fn without_address(line: &str) -> String {
-    let line = line.trim();
-    let text =
-        line.split_once("] ").filter(|_| line.starts_with('[')).map_or(line, |(_, text)| text);
-    if text.starts_with("Last message repeated") { String::new() } else { text.to_string() }
-}
-
-/// The output of ffmpeg. At the end of the output, a failed exit or a message on standard error
-/// becomes a read error.
-struct Pipe {
-    child: Running,
-    output: Watched,
-    messages: Option<Receiver<String>>,
-    patience: Duration,
-}
-
-impl Pipe {
-    /// Starts ffmpeg, which may write in this folder.
-    fn start(command: &mut Command, task: &Task, folder: Option<&Path>) -> Result<Self, Error> {
-        command.stdout(Stdio::piped()).stderr(Stdio::piped());
-        let started = task.program.spawn(command, &task.path, folder, task.limits);
-        let mut child = started.map_err(|error| cannot_start(error, &task.path, &task.reason))?;
-        let (Some(output), Some(errors)) = (child.stdout.take(), child.stderr.take()) else {
-            return Err(Error::unreadable(
-                task.path.display(),
-                "ffmpeg started without its output",
-            ));
-        };
-        let (sender, messages) = mpsc::channel();
-        // Nobody waits for the messages of a process that was stopped.
-        thread::spawn(move || drop(sender.send(self::messages(errors))));
-        let patience = task.program.patience;
-        let output = Watched::new(output, patience);
-        Ok(Self { child: Running::new(child), output, messages: Some(messages), patience })
-    }
-
-    /// Checks that the output ended where the video ends. ffmpeg skips what it cannot decode and
-    /// still exits with success, so standard error has to be checked as well.
-    fn check_end(&mut self) -> io::Result<()> {
-        let status = self.child.end(self.patience)?;
-        let messages = match self.messages.take() {
-            Some(sent) => sent.recv_timeout(self.patience).map_err(|_| silent(self.patience))?,
-            None => String::new(),
-        };
-        if !status.success() {
-            let reason = if messages.is_empty() { "no reason given" } else { &messages };
-            return Err(io::Error::other(format!("ffmpeg failed: {reason}")));
-        }
-        if !messages.is_empty() {
-            return Err(io::Error::other(format!(
-                "ffmpeg stopped and reported damage, possibly in earlier frames too: {messages}"
-            )));
-        }
-        Ok(())
-    }
-}
-
-impl Read for Pipe {
-    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        let count = self.output.read(buffer).inspect_err(|_| self.child.kill())?;
-        if count == 0 && !buffer.is_empty() {
-            self.check_end()?;
-        }
-        Ok(count)
-    }
-}
-
 #[cfg(all(test, target_os = "linux"))]
 mod tests {
     use super::*;
     use crate::confine::tests::files_are_kept;
     use crate::fake_ffmpeg::Fake;
-    use std::fs;
+    use std::{fs, thread};
 
     /// Opens a video with a script in place of ffmpeg.
     fn open_with(fake: &Fake, reverse: bool) -> Result<Box<dyn FrameSource>, Error> {

@@ -1,6 +1,6 @@
 //! Reads single image files.
 
-use std::io::{BufReader, Cursor, Seek as _};
+use std::io::{BufRead, BufReader, Cursor, Seek};
 use std::path::Path;
 
 use image::metadata::Orientation;
@@ -10,6 +10,7 @@ use crate::guard::{self, Panicked};
 use crate::image_parts::{self, PartsError};
 use crate::limits::{self, Limits, TooLarge};
 use crate::plain_file::{self, OpenError, PlainFile};
+use crate::tiff_pages::{self, Page};
 use crate::{Picture, Pixels, orientation};
 
 /// Extensions of image files, in lower case.
@@ -39,6 +40,9 @@ pub enum LoadError {
     /// The image has more pixels than are accepted.
     #[error("{0}")]
     TooLarge(#[from] TooLarge),
+    /// The image is one of several in its file.
+    #[error("it holds {0} pictures; name the file itself, and each of them is a frame")]
+    Several(usize),
     /// A picture within the image does not fit it.
     #[error("{0}")]
     Parts(#[from] PartsError),
@@ -122,28 +126,68 @@ pub fn decode_within(bytes: &[u8], limits: Limits) -> Result<Picture, LoadError>
     guard::decoding(|| decode_unguarded(bytes, limits))?
 }
 
+/// The pages of a TIFF that are frames; none of a file that is no TIFF.
+///
+/// # Errors
+/// [`LoadError`] if the list of the pages is damaged.
+pub(crate) fn pages(file: &Path) -> Result<Vec<u64>, LoadError> {
+    let plain = plain_file::open(file)?;
+    Ok(tiff_pages::find(&mut BufReader::new(plain.file), plain.length)?)
+}
+
+/// Reads the page of a TIFF that begins here, as [`load_within`] reads an image.
+///
+/// # Errors
+/// [`LoadError`].
+pub(crate) fn load_page(file: &Path, begin: u64, limits: Limits) -> Result<Picture, LoadError> {
+    let plain = plain_file::open(file)?;
+    let Some(page) = Page::new(plain.file, begin)? else { return Err(LoadError::Cut) };
+    let mut page = BufReader::new(page);
+    guard::decoding(|| {
+        image_parts::check_tiff(&mut page, plain.length)?;
+        page.rewind()?;
+        let reader = ImageReader::with_format(page, ImageFormat::Tiff);
+        Ok(to_picture(decode_reader(reader, limits, || Ok(()))?))
+    })?
+}
+
 fn decode_unguarded(bytes: &[u8], limits: Limits) -> Result<Picture, LoadError> {
     if bytes.is_empty() {
         return Err(LoadError::Empty);
     }
-    let mut reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format()?;
+    let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format()?;
     let format = reader.format();
+    let image = decode_reader(reader, limits, || image_parts::check(bytes, format))?;
+    if format == Some(ImageFormat::Jpeg) && !jpeg_is_complete(bytes) {
+        return Err(LoadError::Cut);
+    }
+    let pages = tiff_pages::find(&mut Cursor::new(bytes), bytes.len() as u64)?;
+    let pictures = pages.len().max(image_parts::pictures(bytes, format));
+    if pictures > 1 {
+        return Err(LoadError::Several(pictures));
+    }
+    Ok(to_picture(image))
+}
+
+/// Decodes an image after it was checked.
+fn decode_reader(
+    mut reader: ImageReader<impl BufRead + Seek>,
+    limits: Limits,
+    check: impl FnOnce() -> Result<(), LoadError>,
+) -> Result<DynamicImage, LoadError> {
     let mut within = image::Limits::default();
     within.max_alloc = Some(limits::image_bytes(limits.pixels as u64));
     reader.limits(within.clone());
     let mut decoder = reader.into_decoder()?;
     let (width, height) = decoder.dimensions();
     limits.check(width as usize, height as usize)?;
-    image_parts::check(bytes, format)?;
+    check()?;
     within.reserve(decoder.total_bytes())?;
     decoder.set_limits(within)?;
     let orientation = orientation_of(&mut decoder);
     let mut image = DynamicImage::from_decoder(decoder)?;
     image.apply_orientation(orientation);
-    if format == Some(ImageFormat::Jpeg) && !jpeg_is_complete(bytes) {
-        return Err(LoadError::Cut);
-    }
-    Ok(to_picture(image))
+    Ok(image)
 }
 
 /// JPEG decoders silently fill missing data with grey, which would corrupt the track. A complete

@@ -3,7 +3,7 @@
 //! A TIFF is made of strips or tiles, each of which may be a JPEG with a size of its own. A WebP
 //! has a canvas and pictures on it. The checks read headers alone.
 
-use std::io::Cursor;
+use std::io::{Cursor, Read, Seek, SeekFrom};
 
 use image::ImageFormat;
 use image::error::{DecodingError, ImageError};
@@ -47,23 +47,44 @@ pub enum PartsError {
 /// Checks the parts of an image whose outer size is within the limits.
 pub fn check(bytes: &[u8], format: Option<ImageFormat>) -> Result<(), LoadError> {
     match format {
-        Some(ImageFormat::Tiff) => check_tiff(bytes),
+        Some(ImageFormat::Tiff) => check_tiff(&mut Cursor::new(bytes), bytes.len() as u64),
         Some(ImageFormat::WebP) => Ok(check_webp(bytes)?),
         _ => Ok(()),
+    }
+}
+
+/// How many pictures an animation shows one after the other, as far as these bytes tell; 1 for other
+/// images.
+pub fn pictures(bytes: &[u8], format: Option<ImageFormat>) -> usize {
+    match format {
+        Some(ImageFormat::WebP) => {
+            let chunks = Chunks { bytes, at: WEBP_HEADER };
+            chunks.filter(|(kind, _)| *kind == b"ANMF").count().max(1)
+        }
+        // A signature, and the header of 25 bytes; the chunk comes before the data.
+        Some(ImageFormat::Png) if bytes.starts_with(b"\x89PNG") => {
+            let data = bytes.windows(4).position(|kind| kind == b"IDAT").unwrap_or(bytes.len());
+            let control = bytes[..data].windows(4).position(|kind| kind == b"acTL");
+            let count = control.and_then(|at| bytes.get(at + 4..at + 8));
+            count.map_or(1, |count| count.iter().fold(0, |sum, byte| sum << 8 | usize::from(*byte)))
+        }
+        _ => 1,
     }
 }
 
 /// Pixels that the tiles of a small TIFF may have together.
 const TILED_PIXELS: usize = 1 << 20;
 
-fn check_tiff(bytes: &[u8]) -> Result<(), LoadError> {
+/// Checks the first page of a TIFF of this many bytes.
+pub fn check_tiff(source: &mut (impl Read + Seek), file: u64) -> Result<(), LoadError> {
     let damaged = |error: TiffError| {
         LoadError::Damaged(ImageError::Decoding(DecodingError::new(
             ImageFormat::Tiff.into(),
             error,
         )))
     };
-    let mut tiff = Decoder::new(Cursor::new(bytes)).map_err(damaged)?;
+    source.rewind()?;
+    let mut tiff = Decoder::new(&mut *source).map_err(damaged)?;
     let image = sides(tiff.dimensions().map_err(damaged)?);
     let is_tiled = tiff.get_chunk_type() == ChunkType::Tile;
     let place = sides(tiff.chunk_dimensions());
@@ -89,16 +110,17 @@ fn check_tiff(bytes: &[u8]) -> Result<(), LoadError> {
     let offsets = tiff.get_tag_u64_vec(offsets).map_err(damaged)?;
     let counts = tiff.get_tag_u64_vec(counts).map_err(damaged)?;
     let parts = counts.iter().fold(0, |sum: u64, count| sum.saturating_add(*count));
-    let file = bytes.len() as u64;
     if parts > file {
         return Err(PartsError::Shared { parts, file }.into());
     }
     for (offset, count) in offsets.into_iter().zip(counts) {
-        let part = usize::try_from(offset).ok().zip(usize::try_from(count).ok());
-        let part = part.and_then(|(from, count)| bytes.get(from..from.checked_add(count)?));
+        let mut part = Vec::new();
+        source.seek(SeekFrom::Start(offset))?;
+        source.take(count).read_to_end(&mut part)?;
         // The decoder refuses what is not there.
-        let Some(part) = part else { continue };
-        check_jpeg(part, tables.as_deref(), place)?;
+        if part.len() as u64 == count {
+            check_jpeg(&part, tables.as_deref(), place)?;
+        }
     }
     Ok(())
 }

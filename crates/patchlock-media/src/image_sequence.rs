@@ -1,5 +1,6 @@
 //! Frames from image files: a folder, a printf pattern, a glob or a single image.
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
@@ -10,17 +11,32 @@ use crate::{Error, FrameRate, FrameSource, Picture, natural_order};
 /// A list of image files, one per frame.
 pub struct ImageSequence {
     files: Vec<PathBuf>,
+    /// Where the frames begin in the only file, if that is a TIFF of several pages.
+    pages: Vec<u64>,
     limits: Limits,
 }
 
 impl ImageSequence {
-    /// All images of a folder, in natural order.
+    /// All images of a folder, in natural order. Two images of the same number are refused: one of
+    /// them may be a mask.
     pub fn folder(folder: &Path) -> Result<Self, Error> {
         let files = visible_files(folder)?.into_iter().filter(|file| is_image(file)).collect();
-        Self::sorted(files, || {
+        let images = Self::sorted(files, || {
             let inner = image_subfolder(folder);
             Error::NoImages { folder: folder.to_path_buf(), inner }
-        })
+        })?;
+        let Some((first, second)) = same_number(&images.files) else { return Ok(images) };
+        let part = match first.extension() == second.extension() {
+            true => numbered(&first),
+            false => format!("*.{}", first.extension().unwrap_or_default().display()),
+        };
+        let reason = format!(
+            "it has both {} and {}; name one kind, as in {}",
+            name_of(&first),
+            name_of(&second),
+            folder.join(part).display()
+        );
+        Err(Error::unreadable(format!("the folder {}", folder.display()), reason))
     }
 
     /// The files that match a pattern such as `img/%04d.jpg`, ordered by number. The numbers may
@@ -41,9 +57,11 @@ impl ImageSequence {
         Self::sorted(files, || Error::NoMatch { pattern: text.to_string(), is_glob: true })
     }
 
-    /// A sequence of a single image.
-    pub fn single(file: &Path) -> Self {
-        Self { files: vec![file.to_path_buf()], limits: Limits::default() }
+    /// The pages of a TIFF, or a single image. What cannot be read is an error of the frame.
+    pub fn single(file: &Path) -> Result<Self, Error> {
+        let pages =
+            image_file::pages(file).map_err(|error| Error::unreadable(file.display(), error))?;
+        Ok(Self { files: vec![file.to_path_buf()], pages, limits: Limits::default() })
     }
 
     /// The same sequence with other limits.
@@ -61,13 +79,13 @@ impl ImageSequence {
             return Err(none());
         }
         files.sort_by(|a, b| natural_order::compare(&a.to_string_lossy(), &b.to_string_lossy()));
-        Ok(Self { files, limits: Limits::default() })
+        Ok(Self { files, pages: Vec::new(), limits: Limits::default() })
     }
 }
 
 impl FrameSource for ImageSequence {
     fn length(&self) -> Option<usize> {
-        Some(self.files.len())
+        Some(self.files.len().max(self.pages.len()))
     }
 
     fn rate(&self) -> Option<FrameRate> {
@@ -75,14 +93,56 @@ impl FrameSource for ImageSequence {
     }
 
     fn frame(&mut self, index: usize) -> Result<Option<Picture>, Error> {
-        let Some(file) = self.files.get(index) else { return Ok(None) };
-        image_file::load_within(file, self.limits).map(Some).map_err(|reason| match reason {
+        let (file, picture) = match (self.pages.get(index), self.files.first()) {
+            (Some(&page), Some(file)) => (file, image_file::load_page(file, page, self.limits)),
+            _ => {
+                let Some(file) = self.files.get(index) else { return Ok(None) };
+                (file, image_file::load_within(file, self.limits))
+            }
+        };
+        picture.map(Some).map_err(|reason| match reason {
             LoadError::TooLarge(size) => {
                 Error::TooLarge { what: format!("frame {index}, {}", file.display()), size }
             }
             reason => Error::Image { index, file: file.clone(), reason },
         })
     }
+}
+
+fn name_of(file: &Path) -> String {
+    file.file_name().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+/// Two images of a folder whose names have the same numbers, such as `0001.jpg` and `0001_mask.png`,
+/// or differ only in the extension. The shorter name is the first.
+fn same_number(files: &[PathBuf]) -> Option<(PathBuf, PathBuf)> {
+    let mut seen = HashMap::new();
+    for file in files {
+        let stem = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let is_number = |c: char| c.is_ascii_digit();
+        let numbers: Vec<String> = stem
+            .split(|c: char| !is_number(c))
+            .filter(|n| !n.is_empty())
+            .map(String::from)
+            .collect();
+        let key = if numbers.is_empty() { vec![stem] } else { numbers };
+        if let Some(other) = seen.insert(key, file) {
+            let mut both = [other, file];
+            both.sort_by_key(|file| file.as_os_str().len());
+            return Some((both[0].clone(), both[1].clone()));
+        }
+    }
+    None
+}
+
+/// The name of an image as a pattern for its last number.
+fn numbered(file: &Path) -> String {
+    let name = name_of(file);
+    let stem = file.file_stem().unwrap_or_default().len();
+    let Some(end) = name[..stem].rfind(|c: char| c.is_ascii_digit()) else { return name };
+    let before = name[..=end].trim_end_matches(|c: char| c.is_ascii_digit());
+    let width = end + 1 - before.len();
+    format!("{before}%0{width}d{}", &name[end + 1..])
 }
 
 /// All entries but folders and hidden files. Entries that cannot be read, such as a dangling link,
@@ -156,6 +216,39 @@ impl Pattern {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn images_of_the_same_number_in_a_folder_are_refused() {
+        let refused = |names: &[&str]| {
+            let folder = tempfile::tempdir().unwrap();
+            names.iter().for_each(|name| fs::write(folder.path().join(name), "x").unwrap());
+            let error = ImageSequence::folder(folder.path()).err()?.to_string();
+            Some(error.replace(&format!("{}/", folder.path().display()), ""))
+        };
+        let both = |names: &[&str], words: &str| {
+            let error = refused(names).unwrap();
+            assert!(error.ends_with(words), "{error}");
+        };
+        both(
+            &["0001.jpg", "0002.jpg", "0001.png"],
+            "it has both 0001.jpg and 0001.png; name one kind, as in *.jpg",
+        );
+        both(
+            &["a_7_mask.png", "a_7.png"],
+            "it has both a_7.png and a_7_mask.png; name one kind, as in a_%01d.png",
+        );
+        both(&["x.png", "x.bmp"], "as in *.bmp");
+        both(&["left012.png", "right012.png"], "as in left%03d.png");
+        assert_eq!(refused(&["0001.jpg", "0002.png", "1.jpg", "b.png", "c.png", "1_2.png"]), None);
+        // One that was named is not in question.
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["1.jpg", "1.png", "2.jpg"] {
+            fs::write(folder.path().join(name), "x").unwrap();
+        }
+        let glob = |end: &str| folder.path().join(end).to_str().unwrap().to_string();
+        assert_eq!(ImageSequence::glob(&glob("*.jpg")).ok().unwrap().into_files().len(), 2);
+        assert_eq!(ImageSequence::glob(&glob("*")).ok().unwrap().into_files().len(), 3);
+    }
 
     #[test]
     fn patterns_match_as_printf_writes() {

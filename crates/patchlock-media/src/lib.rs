@@ -45,6 +45,7 @@ mod mp4_index;
 mod mp4_reader;
 mod mp4_writer;
 pub mod natural_order;
+mod note;
 mod open;
 mod order;
 mod orientation;
@@ -52,6 +53,8 @@ mod picture;
 pub mod plain_file;
 mod playlist;
 mod source;
+mod tiff_pages;
+mod webp_animation;
 mod y4m;
 
 pub use ahead::{Ahead, Next};
@@ -65,6 +68,7 @@ pub use helper::Helper;
 pub use image_parts::PartsError;
 pub use limits::{Limits, MOST_FRAMES, TooLarge};
 pub use mp4_writer::Mp4Writer;
+pub use note::Note;
 #[doc(hidden)]
 pub use open::open_without_ffmpeg;
 pub use open::{files_of, open, open_within};
@@ -82,5 +86,5 @@ pub fn open_y4m(
     input: impl std::io::Read + Send + 'static,
     reverse: bool,
 ) -> Result<Box<dyn FrameSource>, Error> {
-    y4m::open_stream(input, "the stream", reverse, Limits::default(), None, 0)
+    y4m::open_stream(input, "the stream", reverse, Limits::default())
 }

@@ -3,25 +3,32 @@
 //! are applied, so frames are what a player shows.
 
 mod by_ffmpeg;
+mod pictures;
 
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
+use std::mem;
 use std::path::{Path, PathBuf};
 
 use image::metadata::Orientation;
 use rusty_h264::{DecodeError, Decoder, YuvFrame};
-use shiguredo_mp4::boxes::{Avc1Box, ElstEntry, SampleEntry};
+use shiguredo_mp4::boxes::{Avc1Box, SampleEntry};
 
 use crate::colour::{self, Colour, Matrix, Planes};
 use crate::ffmpeg::Program;
 use crate::h264::{self, StreamInfo};
 use crate::limits::{self, Limits, TooLarge};
-use crate::mp4_edits::{self, Shown};
+use crate::mp4_edits::Shown;
 use crate::mp4_index::{self, Sample, Track};
-use crate::{Container, Error, FrameFault, FrameRate, FrameSource, Picture, guard, orientation};
+use crate::{
+    Container, Error, FrameFault, FrameRate, FrameSource, Note, Picture, guard, orientation,
+};
 
 use by_ffmpeg::External;
+use pictures::{EditList, Pictures, micros};
+
+pub use pictures::frame_times;
 
 /// Pixels of the frames kept when reading backwards, which take 200 MB: 64 frames of 1920 x 1080. A
 /// longer group of pictures is decoded once per window of this size.
@@ -61,75 +68,6 @@ enum Fault {
 
 const DAMAGED: Fault = Fault::Data("the data are damaged");
 const TRUNCATED: Fault = Fault::Data("the file is truncated");
-
-/// The pictures of a track in the two orders that a reader needs.
-struct Pictures {
-    /// In storage order, which is the decoding order.
-    samples: Vec<Sample>,
-    /// Of each sample, its index in presentation order.
-    shown: Vec<usize>,
-    /// Maps an index in presentation order to an index in `samples`.
-    stored: Vec<usize>,
-    /// The samples from which all frames of their own and of later indices can be decoded; both
-    /// their indices in `samples` and in presentation order rise.
-    entrances: Vec<usize>,
-}
-
-impl Pictures {
-    fn new(samples: Vec<Sample>) -> Self {
-        let mut stored: Vec<usize> = (0..samples.len()).collect();
-        stored.sort_by_key(|&k| samples[k].time); // stable: equal times keep the stored order
-        let mut shown = vec![0; stored.len()];
-        stored.iter().enumerate().for_each(|(number, &k)| shown[k] = number);
-        let mut entrances = Vec::new();
-        for at in (0..samples.len()).filter(|&k| samples[k].keyframe) {
-            while entrances.pop_if(|earlier: &mut usize| shown[*earlier] >= shown[at]).is_some() {}
-            entrances.push(at);
-        }
-        Self { samples, shown, stored, entrances }
-    }
-
-    /// The frames that an edit list shows.
-    fn shown(&self, timescale: u32, list: &EditList, bytes: u64) -> Result<Vec<Shown>, String> {
-        let times: Vec<i64> = self.stored.iter().map(|&k| self.samples[k].time).collect();
-        let most = limits::frames(bytes) as usize;
-        mp4_edits::shown(&times, timescale, &list.edits, list.timescale, most)
-    }
-
-    /// The place in `entrances` of the last one from which a decoder can reach a frame; `None` if it
-    /// has to begin with the first sample.
-    fn entrance(&self, index: usize) -> Option<usize> {
-        let goal = self.stored[index];
-        let behind = self.entrances.partition_point(|&k| k <= goal && self.shown[k] <= index);
-        behind.checked_sub(1)
-    }
-}
-
-/// An edit list, with the ticks per second of its durations.
-struct EditList {
-    edits: Vec<ElstEntry>,
-    timescale: u32,
-}
-
-/// When each frame of a file is shown, in millionths of a second, whatever its encoding; `None` if
-/// the index does not tell.
-pub fn frame_times(path: &Path) -> Option<Vec<i64>> {
-    let mut file = File::open(path).ok()?;
-    let bytes = file.metadata().ok()?.len();
-    let track = mp4_index::read(&mut file, bytes).ok()??;
-    if track.fragmented {
-        return None;
-    }
-    let list = EditList { edits: track.edits, timescale: track.movie_timescale };
-    let frames = Pictures::new(track.samples).shown(track.timescale, &list, bytes).ok()?;
-    frames.iter().map(|frame| micros(frame.time, track.timescale)).collect()
-}
-
-/// Ticks in millionths of a second.
-fn micros(ticks: i64, timescale: u32) -> Option<i64> {
-    let scale = i128::from(timescale);
-    i64::try_from((i128::from(ticks) * 1_000_000 + scale / 2).div_euclid(scale)).ok()
-}
 
 /// The colour box (`colr`) of a file.
 #[derive(Debug, Clone, Copy, Default)]
@@ -177,10 +115,14 @@ pub struct Mp4 {
     tagged: ColourTag,
     /// Whether the file has sound too.
     sound: bool,
+    notes: Vec<Note>,
     /// Of the last parameter set that was read.
     info: StreamInfo,
     decoder: Decoder,
     next: usize,
+    /// The first frame that is sure to be whole since the decoder began anew: those that are shown
+    /// before its entrance may refer to pictures that it has not seen.
+    whole_from: usize,
     last_wanted: usize,
     /// Whether frames before the wanted one are kept, since they may be wanted next.
     reverse: bool,
@@ -225,10 +167,16 @@ impl Mp4 {
         };
         let pictures = Pictures::new(track.samples);
         let list = EditList { edits: track.edits, timescale: track.movie_timescale };
-        let frames = pictures.shown(track.timescale, &list, bytes).map_err(broken)?;
+        let mut frames = pictures.shown(track.timescale, &list, bytes).map_err(broken)?;
         if frames.is_empty() {
             return Err(broken("its edit list shows no frame".into()));
         }
+        let missing = pictures.cut(&mut frames, bytes);
+        if frames.is_empty() {
+            return Err(broken("the file is truncated before the first frame".into()));
+        }
+        let note = Note::NoEnd { name: name.clone(), frames: missing };
+        let notes = Vec::from_iter(Some(note).filter(|_| missing > 0));
         let headers = parameter_sets(&avc).map_err(broken)?;
         let info = stream_info(&headers, &limits).map_err(|fault| match fault {
             Fault::Kind(codec) => OpenError::Codec(codec),
@@ -255,10 +203,12 @@ impl Mp4 {
             headers,
             tagged: ColourTag::of(&avc),
             sound: track.sound,
+            notes,
             length_bytes: usize::from(avc.avcc_box.length_size_minus_one.get()) + 1,
             info,
             decoder: Decoder::new(),
             next: 0,
+            whole_from: 0,
             last_wanted: 0,
             reverse,
             ready: BTreeMap::new(),
@@ -308,6 +258,7 @@ impl Mp4 {
         if goal < self.next || entrance > self.next {
             self.decoder = Decoder::new();
             self.next = entrance;
+            self.whole_from = if entrance == 0 { 0 } else { self.pictures.shown[entrance] };
             // What comes after the entrance is decoded again.
             self.ready.clear();
         }
@@ -328,7 +279,7 @@ impl Mp4 {
                 continue;
             }
             let Some(frame) = self.decode(&data)? else { continue };
-            if shown < keep_from {
+            if shown < keep_from.max(self.whole_from) {
                 continue;
             }
             if self.ready.len() > held {
@@ -397,6 +348,34 @@ impl Mp4 {
         Ok(())
     }
 
+    /// The error for a frame with this fault. Of a damaged one, it names the next key frame that is
+    /// there.
+    fn failure(&mut self, fault: Fault, index: usize) -> Error {
+        let error = fault.of(index, &self.name);
+        let Error::Frame { index, name, fault: FrameFault::Damaged, mut reason } = error else {
+            return error;
+        };
+        if let Some(next) = self.next_key_frame(index) {
+            reason = format!("{reason}; the next key frame is {next}");
+        }
+        Error::Frame { index, name, fault: FrameFault::Damaged, reason }
+    }
+
+    fn next_key_frame(&mut self, index: usize) -> Option<usize> {
+        let info = self.info;
+        let picture = self.frames.get(index)?.picture;
+        let Pictures { entrances, shown, .. } = &self.pictures;
+        let later = entrances.partition_point(|&sample| shown[sample] <= picture);
+        let later = entrances[later..].to_vec();
+        let is_whole =
+            |sample: &usize| self.read_sample(*sample).is_ok_and(|data| h264::is_intra(&data));
+        let next = later.into_iter().find(is_whole);
+        self.info = info;
+        let shown = self.pictures.shown[next?];
+        let after = self.frames.iter().skip(index).position(|frame| frame.picture == shown)?;
+        Some(index + after)
+    }
+
     /// What the stream says of its colours, else what the file says, else what is usual for the
     /// size.
     fn colour(&self, frame: &Planes<'_>, info: &StreamInfo) -> Colour {
@@ -433,6 +412,10 @@ impl FrameSource for Mp4 {
         self.sound
     }
 
+    fn notes(&mut self) -> Vec<Note> {
+        mem::take(&mut self.notes)
+    }
+
     fn announce(&mut self, first: usize, span: usize) {
         self.external = None;
         let span = span.min(self.frames.len().saturating_sub(first));
@@ -458,7 +441,9 @@ impl FrameSource for Mp4 {
         if !self.ready.contains_key(&picture) {
             self.seek_for(picture);
         }
-        self.decode_until(picture, keep_from).map_err(|fault| fault.of(index, &self.name))?;
+        if let Err(fault) = self.decode_until(picture, keep_from) {
+            return Err(self.failure(fault, index));
+        }
         let decoded = self.ready.get(&picture);
         let shown = decoded.map(|(frame, info)| {
             let YuvFrame { width, height, y, u, v } = frame;

@@ -3,13 +3,17 @@
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
+use image::ImageFormat;
+
 use crate::image_sequence::{ImageSequence, Pattern};
 use crate::limits::Limits;
 use crate::mp4_reader::{self, Mp4};
 use crate::plain_file::{self, OpenError};
 use crate::playlist::{self, is_playlist};
+use crate::webp_animation::{self, WebpAnimation};
 use crate::{
-    Error, FrameFault, FrameRate, FrameSource, Picture, apart, ffmpeg, guard, image_file, y4m,
+    Error, FrameFault, FrameRate, FrameSource, Note, Picture, apart, ffmpeg, guard, image_file,
+    image_parts, y4m,
 };
 
 /// Opens a folder of images, a printf pattern, a glob, an image, a video file, or `-` for Y4M on
@@ -102,6 +106,10 @@ impl FrameSource for Guarded {
         self.source.has_sound()
     }
 
+    fn notes(&mut self) -> Vec<Note> {
+        self.source.notes()
+    }
+
     fn count(&mut self) -> Result<usize, Error> {
         guard::decoding(|| self.source.count()).unwrap_or_else(|panicked| {
             let reason = format!("its frames cannot be counted: {panicked}");
@@ -172,7 +180,7 @@ fn find(
 ) -> Result<Found, Error> {
     if name == "-" {
         let input = std::io::stdin();
-        let stream = y4m::open_stream(input, "standard input", reverse, limits, None, 0);
+        let stream = y4m::open_stream(input, "standard input", reverse, limits);
         return stream.map(Found::Source);
     }
     let path = Path::new(name);
@@ -205,6 +213,9 @@ pub fn find_guarded(
     }
 }
 
+/// Bytes of a PNG in which an animation says that it is one.
+const PNG_HEAD: u64 = 1 << 16;
+
 fn find_file(
     path: &Path,
     reverse: bool,
@@ -227,8 +238,15 @@ fn find_file(
     if head.starts_with(y4m::MAGIC) {
         return Ok(Found::source(y4m::Y4mFile::open(path, limits)?));
     }
+    if webp_animation::is_animated(&head) {
+        return Ok(Found::source(WebpAnimation::open(path, limits)?));
+    }
     if image_file::is_image(path) {
-        return Ok(Found::source(ImageSequence::single(path).within(limits)));
+        let more = plain.read(PNG_HEAD).map_err(|error| cannot(&error))?;
+        if image_parts::pictures(&[head, more].concat(), Some(ImageFormat::Png)) > 1 {
+            return others("is an animated PNG", None);
+        }
+        return Ok(Found::source(ImageSequence::single(path)?.within(limits)));
     }
     if is_playlist(&head) {
         return Err(Error::Playlist { path: path.to_path_buf() });

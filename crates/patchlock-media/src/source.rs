@@ -1,6 +1,6 @@
 //! Sources of frames.
 
-use crate::{Error, Picture};
+use crate::{Error, Note, Picture};
 
 /// Frames per second, as a fraction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -40,6 +40,11 @@ pub trait FrameSource: Send {
     /// Whether the source also has sound, which this crate does not read.
     fn has_sound(&self) -> bool {
         false
+    }
+
+    /// What a user should know of the frames, found since the last call.
+    fn notes(&mut self) -> Vec<Note> {
+        Vec::new()
     }
 
     /// The number of frames. If it is neither known nor told by the file, frames are read to the

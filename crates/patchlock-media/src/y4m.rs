@@ -164,22 +164,30 @@ fn damaged(name: &str, index: usize, reason: impl ToString) -> Error {
 }
 
 /// Opens a stream. For reverse order it is first copied to a temporary file, since a pipe cannot be
-/// read backwards. Without a `matrix`, it is the usual one. Forwards, the first frame has the
-/// number `first`.
+/// read backwards.
 pub fn open_stream(
     input: impl Read + Send + 'static,
     name: &str,
     reverse: bool,
     limits: Limits,
-    matrix: Option<Matrix>,
-    first: usize,
 ) -> Result<Box<dyn FrameSource>, Error> {
-    if !reverse {
-        return Ok(Box::new(Y4mStream::begin(input, name, limits, matrix, first)?));
+    if reverse {
+        return Ok(Box::new(spooled(input, name, limits, None)?));
     }
+    Ok(Box::new(Y4mStream::begin(input, name, limits, None, 0)?))
+}
+
+/// Reads a stream to its end, and copies it to a temporary file. Without a `matrix`, it is the usual
+/// one.
+pub fn spooled(
+    input: impl Read,
+    name: &str,
+    limits: Limits,
+    matrix: Option<Matrix>,
+) -> Result<Y4mFile, Error> {
     let mut file = Y4mFile::index(spool(&mut BufReader::new(input), name)?, name, limits)?;
     file.header = file.header.with(matrix);
-    Ok(Box::new(file))
+    Ok(file)
 }
 
 /// Copies a stream to an unnamed temporary file, which is removed when it is closed.
@@ -287,6 +295,10 @@ impl Y4mFile {
         Self::index(file, &name, limits)
     }
 
+    pub fn header(&self) -> Header {
+        self.header
+    }
+
     fn index(file: File, name: &str, limits: Limits) -> Result<Self, Error> {
         let cannot = |error: io::Error| Error::unreadable(name, error);
         let size = file.metadata().map_err(cannot)?.len();
@@ -341,7 +353,7 @@ mod tests {
     }
 
     fn stream_of(data: Vec<u8>, reverse: bool) -> Result<Box<dyn FrameSource>, Error> {
-        open_stream(io::Cursor::new(data), "s", reverse, Limits::default(), None, 0)
+        open_stream(io::Cursor::new(data), "s", reverse, Limits::default())
     }
 
     #[test]

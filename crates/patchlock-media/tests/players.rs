@@ -5,29 +5,13 @@ mod support;
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 use patchlock_media::{Picture, Pixels, open};
+use support::ffmpeg::{ffmpeg, ffmpeg_is_there};
 use support::{change, small_mp4};
 
 fn data(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name)
-}
-
-/// Whether there is an ffmpeg; says what is skipped if there is none.
-fn ffmpeg_is_there(what: &str) -> bool {
-    let there = Command::new("ffmpeg").arg("-version").output().is_ok();
-    if !there {
-        println!("skipped {what}: ffmpeg is not on the PATH");
-    }
-    there
-}
-
-fn ffmpeg(args: &[&str]) -> Vec<u8> {
-    let mut command = Command::new("ffmpeg");
-    let result = command.args(["-v", "error", "-nostdin", "-y"]).args(args).output().unwrap();
-    assert!(result.status.success(), "{args:?}: {}", String::from_utf8_lossy(&result.stderr));
-    result.stdout
 }
 
 fn rgb(picture: &Picture) -> &[u8] {

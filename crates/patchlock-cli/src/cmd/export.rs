@@ -218,6 +218,7 @@ fn export_project(args: &ExportArgs) -> Result<()> {
     }
     let store = Store::open_shared(&args.track, None).map_err(Failure::from)?;
     Inputs::default().with_source(store.video()).check(&args.out)?;
+    args.images.iter().for_each(|images| say_if_other(&store, images));
     let format = of_project::Format::named(&args.format).map_err(Failure::from)?;
     let track = of_project::track(store.project()).map_err(Failure::from)?;
     if format != of_project::Format::Csv {
@@ -234,6 +235,19 @@ fn export_project(args: &ExportArgs) -> Result<()> {
         of_project::write(store.project(), store.video(), &options, &args.out, args.overwrite);
     conclude(args, &written.map_err(Failure::from)?);
     Ok(())
+}
+
+/// Warns of images that are not those of a project. A folder may hold the frames of its video.
+fn say_if_other(store: &Store, images: &Path) {
+    let is_comparable = !images.is_dir() || store.video().is_dir();
+    if is_comparable && store.project().video.change(images).is_some() {
+        say(&format!(
+            "warning: {} is not the video of {}, which is {}: check that the boxes fit its frames",
+            images.display(),
+            store.path().display(),
+            store.video().display()
+        ));
+    }
 }
 
 /// Writes all projects of a folder.

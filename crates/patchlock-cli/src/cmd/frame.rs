@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result};
 use clap::Args;
 use patchlock_media::live::Address;
-use patchlock_media::{Ahead, Limits, Order, Picture};
+use patchlock_media::{Limits, Order, Picture};
 use patchlock_studio::drawing::canvas::{Area, Canvas};
 use patchlock_studio::drawing::text;
 
@@ -118,8 +118,8 @@ fn read(source: &OsStr, at: usize, limits: Limits) -> Result<Picture, Failure> {
     }
     let order = Order { start: at, end: at.checked_add(1), stride: 1, reverse: false };
     let indices = order.indices(source.length())?;
-    match Ahead::start(source, indices).next() {
-        Some(frame) => Ok(frame?.1),
+    match input::next(&mut input::ahead(source, indices), say)? {
+        Some((_, picture)) => Ok(picture),
         None => {
             Err(usage(format!("--at {at} is beyond the end of the source"))
                 .hint("frames count from 0"))

@@ -68,7 +68,7 @@ pub fn ahead(
 
 /// The next frame with its number; `None` at the end or after Ctrl-C.
 pub fn next(feed: &mut Feed, note: impl Fn(&str)) -> Result<Option<(usize, Picture)>, Failure> {
-    let noted = |happened: patchlock_media::live::Note| note(&format!("note: {happened}"));
+    let noted = |happened: patchlock_media::Note| note(&format!("note: {happened}"));
     match feed.next_unless(&interrupt::requested, noted) {
         // What ends the program may also end what it reads from.
         Err(_) if interrupt::requested() => Ok(None),

@@ -95,8 +95,9 @@ const OUTPUT: &str = "Tables and page";
 /// SOURCE is a folder of images (in natural order: 2.jpg before 10.jpg), a pattern such as
 /// 'img/%04d.jpg', a glob in quotes, an MP4 with H.264 video, a Y4M file, or - for Y4M on standard
 /// input. Other videos are decoded by ffmpeg, if it is installed. Images are jpg, png, tiff, bmp or
-/// webp; grey images stay grey and 16-bit grey images stay 16-bit. Frames are as a player shows
-/// them: rotation tags of videos and images and the edit lists of MP4 files are applied.
+/// webp; grey images stay grey and 16-bit grey images stay 16-bit. Each page of a TIFF is a frame.
+/// Frames are as a player shows them: rotation tags of videos and images and the edit lists of MP4
+/// files are applied.
 ///
 /// SOURCE may also be live: a number (0 is the first camera), /dev/video0, or an address that begins
 /// with rtsp://, rtsps://, rtmp://, rtmps://, http://, https://, udp://, tcp:// or srt://. ffmpeg

@@ -184,3 +184,23 @@ fn what_is_left_out_or_doubtful_is_counted() {
     refused(&["--every", "0"], "every 0th frame cannot be written");
     refused(&["--status", "uncertain", "--min-score", "0.9"], "no box is to be written");
 }
+
+#[test]
+fn images_of_another_video_than_that_of_the_project_are_a_warning() {
+    let bench = Bench::new();
+    bench.mp4("v.mp4", 4);
+    bench.mp4("other.mp4", 5);
+    bench.track("v.mp4").args(["--project", "p.json"]).assert().success();
+    fs::copy(bench.path("v.mp4"), bench.path("copy.mp4")).unwrap();
+    bench.images("f", 4);
+    let run = |images: &str| {
+        let out = format!("{images}.xml");
+        let args = ["p.json", "--format", "cvat", "--images", images, "--out", &out];
+        export(&bench, &args).success()
+    };
+    let words = "warning: other.mp4 is not the video of";
+    run("other.mp4").stderr(contains(words).and(contains("v.mp4: check that the boxes fit")));
+    for same in ["v.mp4", "copy.mp4", "f"] {
+        run(same).stderr(contains("warning").not());
+    }
+}

@@ -250,8 +250,8 @@ fn an_export_that_is_told_to_end_leaves_nothing() {
     let lines: String = (0..2000).map(|k| format!("{k},1,1,9,9,1,96,72\n")).collect();
     fs::write(bench.path("t.csv"), format!("frame,x,y,w,h,score,frame_w,frame_h\n{lines}"))
         .unwrap();
-    let script = "case \"$*\" in *showinfo*) exit 0;; esac\ncat real.y4m\n\
-                  while tail -n +2 real.y4m; do sleep 0.05; done";
+    let script = "case \"$*\" in *showinfo*) exit 0;; esac\necho frame:0 pts:0 >&2; cat real.y4m\n\
+                  while echo frame:1 pts:1 >&2 && tail -n +2 real.y4m; do sleep 0.05; done";
     drop(bench.track_with_ffmpeg("v.webm", script));
     for signal in ["-TERM", "-HUP", "-INT"] {
         let child = Command::new(program())
@@ -291,29 +291,26 @@ fn no_ffmpeg_outlives_a_program_that_was_told_to_end() {
     let bench = Bench::new();
     fs::write(bench.path("real.y4m"), crate::support::y4m(3)).unwrap();
     fs::write(bench.path("v.webm"), "something").unwrap();
-    // It may write in the folder in which it was started, and nowhere else.
-    let script = "case \"$*\" in *showinfo*) exit 0;; esac\necho $$ > \"$OLDPWD/id\"\n\
-                  cat real.y4m\nexec sleep 1000";
+    let script = "case \"$*\" in *showinfo*) exit 0;; esac\n\
+                  for k in 0 1 2; do echo frame:$k pts:$k >&2; done\ncat real.y4m\nexec sleep 1000";
     drop(bench.track_with_ffmpeg("v.webm", script));
     for signal in ["-TERM", "-HUP", "-INT"] {
-        let folders = bench.path("temporary");
-        let _ = fs::remove_dir_all(&folders);
-        fs::create_dir(&folders).unwrap();
         let mut child = Command::new(program())
             .current_dir(bench.folder.path())
             .args(["track", "v.webm", "--box", BOX, "--config", "quick.toml", "--save", "a.csv"])
             .arg("--overwrite")
             .env("PATH", format!("{}:/usr/bin:/bin", bench.path("bin").display()))
-            .env("TMPDIR", &folders)
             .stderr(Stdio::null())
             .spawn()
             .unwrap();
         let lines = |path: &PathBuf| fs::read_to_string(path).is_ok_and(|t| t.lines().count() == 4);
         until(|| bench.leftovers().iter().any(lines));
-        let written = fs::read_dir(&folders).unwrap().map(|entry| entry.unwrap().path().join("id"));
-        let written = { written }.find_map(|file| fs::read_to_string(file).ok());
-        let ffmpeg = written.expect("ffmpeg has said which process it is");
         let id = child.id().to_string();
+        let tasks = fs::read_dir(Path::new("/proc").join(&id).join("task")).unwrap();
+        let started = tasks.map(|task| task.unwrap().path().join("children"));
+        let started: Vec<_> = started.filter_map(|file| fs::read_to_string(file).ok()).collect();
+        let ffmpeg = started.concat();
+        assert!(ffmpeg.trim().parse::<u32>().is_ok(), "one process was started: {ffmpeg}");
         assert!(Command::new("kill").args([signal, &id]).status().unwrap().success());
         assert_eq!(child.wait().unwrap().code(), Some(130), "{signal}");
         assert!(!Path::new("/proc").join(ffmpeg.trim()).exists(), "{signal}: ffmpeg runs on");

@@ -8,14 +8,13 @@
 mod address;
 mod stream;
 
-use std::fmt;
 use std::sync::mpsc::{self, Receiver, Sender};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::Duration;
 
 use crate::child::Running;
-use crate::{Error, FrameRate, Limits, Next, ahead, ffmpeg, limits};
+use crate::{Error, FrameRate, Limits, Next, Note, ahead, ffmpeg, limits};
 use stream::{Raw, Stream, Task};
 
 pub use address::Address;
@@ -48,31 +47,6 @@ impl Default for Options {
 
 /// The pauses between attempts to open a lost stream: the first, and the longest.
 const PAUSES: [Duration; 2] = [Duration::from_millis(500), Duration::from_secs(8)];
-
-/// What a user should know of a source that goes on.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Note {
-    /// The stream was lost and is opened again.
-    Lost {
-        /// Why.
-        reason: String,
-    },
-    /// The stream is back.
-    Back {
-        /// How often it was opened in vain before.
-        failed: usize,
-    },
-}
-
-impl fmt::Display for Note {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Lost { reason } => write!(f, "the stream was lost: {reason}; it is opened again"),
-            Self::Back { failed: 0 } => f.write_str("the stream is back"),
-            Self::Back { failed } => write!(f, "the stream is back after {failed} failed attempts"),
-        }
-    }
-}
 
 /// The newest frames of a live source.
 pub struct Live {

@@ -86,8 +86,13 @@ impl Tiff<'_> {
 
 /// The picture chunk of a WebP: its letters, length and bytes.
 pub fn webp_picture(width: u32, height: u32) -> Vec<u8> {
+    webp_picture_of(width, height, 90)
+}
+
+/// The same with this value of all samples.
+pub fn webp_picture_of(width: u32, height: u32, value: u8) -> Vec<u8> {
     let mut bytes = Cursor::new(Vec::new());
-    let pixels = vec![90; (3 * width * height) as usize];
+    let pixels = vec![value; (3 * width * height) as usize];
     let encoder = WebPEncoder::new_lossless(&mut bytes);
     encoder.write_image(&pixels, width, height, ExtendedColorType::Rgb8).unwrap();
     bytes.into_inner().split_off(12)

@@ -3,6 +3,7 @@
 #![allow(dead_code)] // each test binary uses a part
 
 pub mod bits;
+pub mod ffmpeg;
 pub mod images;
 
 use std::io::Cursor;

@@ -61,6 +61,7 @@ export class Clip extends EventTarget {
         this.file = '';
         /** @type {string | null} */
         this.saidChanged = null;
+        this.saidNotes = '';
         /** @type {Promise<void> | undefined} */
         this.loading = undefined;
         /** @type {Promise<void> | undefined} */
@@ -123,6 +124,7 @@ export class Clip extends EventTarget {
         this.tracks = state.project.targets.map((target) => new Track(target, frames));
         if (running) this.#keepLive(running);
         this.#sayWhetherChanged(state.changed);
+        this.#sayNotes(state.notes);
         this.dispatchEvent(new Event('loaded'));
         this.changed();
         void this.readDoubts();
@@ -164,6 +166,13 @@ export class Clip extends EventTarget {
             });
         }
         this.saidChanged = changed;
+    }
+
+    /** @param {string[]} notes what the user should know of the frames of the video */
+    #sayNotes(notes) {
+        const text = notes.join('; ');
+        if (text && text !== this.saidNotes) complain(text, { topic: `notes ${this.info.id}` });
+        this.saidNotes = text;
     }
 
     /** Reads the doubtful places, the most useful first. */

@@ -82,6 +82,7 @@ export interface ClipState {
     undo: string | null;
     redo: string | null;
     changed: string | null;
+    notes: string[];
 }
 export interface Doubt {
     target: number;

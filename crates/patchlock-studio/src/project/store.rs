@@ -4,7 +4,7 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
-use patchlock_media::Limits;
+use patchlock_media::{Limits, Note};
 use patchlock_track::files;
 use sha2::{Digest as _, Sha256};
 
@@ -37,6 +37,8 @@ pub struct Store {
     lock: Option<Lock>,
     /// What the video may claim.
     limits: Limits,
+    /// What a user should know of the frames of the video.
+    notes: Vec<Note>,
 }
 
 /// The project file of a video, beside it: `clip.patchlock.json` for `clip.mp4`,
@@ -173,7 +175,7 @@ impl Store {
         lock: Option<Lock>,
         limits: Limits,
     ) -> Result<Self, Error> {
-        let description = Video::describe(video, folder_of(&path), limits)?;
+        let (description, notes) = Video::describe(video, folder_of(&path), limits)?;
         let labels = vec![Label::new(PLACEHOLDER, 0)];
         let targets = Vec::new();
         let remarks = Vec::new();
@@ -193,6 +195,7 @@ impl Store {
             text: Vec::new(),
             lock,
             limits,
+            notes,
         })
     }
 
@@ -231,6 +234,7 @@ impl Store {
             text,
             lock,
             limits,
+            notes: Vec::new(),
         })
     }
 
@@ -267,6 +271,12 @@ impl Store {
                 video: self.project.video.path.clone(),
             }),
         }
+    }
+
+    /// What a user should know of the frames of the video, found when the project was begun or the
+    /// video was changed.
+    pub fn notes(&self) -> &[Note] {
+        &self.notes
     }
 
     /// What the video may claim.
@@ -432,13 +442,14 @@ impl Store {
     /// read; as [`Store::video_to_read`].
     pub fn accept_video(&mut self) -> Result<u64, Error> {
         let video = self.video_to_read()?;
-        let video = Video::describe(video, folder_of(&self.path), self.limits)?;
+        let (video, notes) = Video::describe(video, folder_of(&self.path), self.limits)?;
         let old = std::mem::replace(&mut self.project.video, video);
         if let Err(reason) = check::project(&self.project) {
             self.project.video = old;
             return Err(Error::Edit(format!("the boxes do not fit the changed video: {reason}")));
         }
         self.history = History::default();
+        self.notes = notes;
         self.revision += 1;
         Ok(self.revision)
     }

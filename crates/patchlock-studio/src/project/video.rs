@@ -5,7 +5,7 @@ use std::fs::{self, File};
 use std::io::{self, Read as _, Seek as _, SeekFrom};
 use std::path::{Component, Path, PathBuf};
 
-use patchlock_media::Limits;
+use patchlock_media::{Limits, Note};
 use patchlock_track::files;
 use sha2::{Digest as _, Sha256};
 
@@ -49,11 +49,15 @@ impl fmt::Display for Change {
 impl Video {
     /// Describes a video for a project file in this folder. Reads the first frame, and all of them
     /// if neither the file nor its packets say how many there are. A video that claims more than
-    /// the limits is refused.
+    /// the limits is refused. Returns also what a user should know of the frames.
     ///
     /// # Errors
     /// [`Error::Read`] and [`Error::Video`] if it cannot be read or has no frames.
-    pub fn describe(video: &Path, folder: &Path, limits: Limits) -> Result<Self, Error> {
+    pub fn describe(
+        video: &Path,
+        folder: &Path,
+        limits: Limits,
+    ) -> Result<(Self, Vec<Note>), Error> {
         let (bytes, hash) = fingerprint(video).map_err(|error| Error::read(video, error))?;
         let mut source = patchlock_media::open_within(video, false, limits)?;
         let unreadable =
@@ -61,11 +65,12 @@ impl Video {
         let frames = source.count()?;
         let first = source.frame(0)?.ok_or_else(unreadable)?;
         let path = relative(video, folder).map_err(|error| Error::read(video, error))?;
-        Ok(Self { path, bytes, hash, frames, width: first.width, height: first.height })
+        let (width, height) = (first.width, first.height);
+        Ok((Self { path, bytes, hash, frames, width, height }, source.notes()))
     }
 
     /// How the video now differs; `None` if it is the same.
-    pub(super) fn change(&self, video: &Path) -> Option<Change> {
+    pub fn change(&self, video: &Path) -> Option<Change> {
         let now = match size(video) {
             Ok(now) => now,
             Err(error) => return Some(Change::Missing(error.to_string())),

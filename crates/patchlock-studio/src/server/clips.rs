@@ -411,6 +411,7 @@ impl OpenClip {
             "undo": held.store.undo_text(),
             "redo": held.store.redo_text(),
             "changed": self.changed,
+            "notes": held.store.notes().iter().map(ToString::to_string).collect::<Vec<_>>(),
         }))
     }
 

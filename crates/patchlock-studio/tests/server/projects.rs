@@ -385,3 +385,28 @@ fn doubtful_places_are_listed() {
     assert!(doubt["reason"].is_string() && doubt["gain"].as_f64().expect("a number") > 0.0);
     assert_eq!(server.get("/api/clips/1/doubts?target=1").json(), doubts);
 }
+
+/// A recording that a crash has ended.
+#[test]
+fn a_video_without_its_end_is_shown_as_far_as_it_goes() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let truth = video(&folder.path().join("clip.mp4"));
+    let [clip, whole] = ["clip.mp4", "whole.mkv"].map(|name| folder.path().join(name));
+    let mut ffmpeg = std::process::Command::new("ffmpeg");
+    ffmpeg.args(["-v", "error", "-nostdin", "-i"]).arg(clip).args(["-c:v", "mjpeg"]).arg(&whole);
+    if !ffmpeg.status().is_ok_and(|status| status.success()) {
+        return println!("skipped: there is no ffmpeg");
+    }
+    let bytes = std::fs::read(whole).expect("reads");
+    std::fs::write(folder.path().join("crash.mkv"), &bytes[..bytes.len() * 2 / 3]).expect("writes");
+    let server = Running::serving(folder, truth, &["crash.mkv"]);
+    let clip = server.get("/api/clips/1").json();
+    let frames = clip["project"]["video"]["frames"].as_u64().expect("a number") as usize;
+    assert!((FRAMES / 2..FRAMES).contains(&frames), "{frames}");
+    let notes = clip["notes"].as_array().expect("is there");
+    let note = notes[0].as_str().expect("is text");
+    assert!(note.starts_with("ffmpeg found damage in") && note.contains("crash.mkv"), "{note}");
+    for frame in [frames - 1, 0] {
+        assert_eq!(server.get(&format!("/api/clips/1/frames/{frame}")).status, 200);
+    }
+}

@@ -6,7 +6,7 @@ use std::thread;
 use std::time::Duration;
 
 use axum::body::Bytes;
-use patchlock_media::Limits;
+use patchlock_media::{Error, FrameFault, Limits};
 use tokio::sync::oneshot;
 
 use super::cache::{Cache, Key};
@@ -176,6 +176,10 @@ impl Job {
             let picture = match opened.frame(frame) {
                 Ok(Some(picture)) => picture,
                 Ok(None) => return Err(no_frame(frame, self.frames)),
+                // It is an error when somebody asks for it.
+                Err(Error::Frame { fault: FrameFault::Damaged, .. }) if frame < key.frame => {
+                    continue;
+                }
                 Err(error) => {
                     *source = None;
                     return Err(error.into());

@@ -1,0 +1,94 @@
+//! The frames of an animated WebP. Each is drawn on the one before it, so they are decoded from the
+//! first one on.
+
+use std::io::Cursor;
+use std::path::Path;
+
+use image_webp::WebPDecoder;
+
+use crate::image_file::LoadError;
+use crate::limits::{self, Limits};
+use crate::{Error, FrameRate, FrameSource, Picture, image_parts, plain_file};
+
+/// Whether a file with these first bytes is an animated WebP.
+pub fn is_animated(head: &[u8]) -> bool {
+    let has_canvas = head.starts_with(b"RIFF") && head.get(8..16) == Some(b"WEBPVP8X");
+    has_canvas && head.get(20).is_some_and(|flags| flags & 2 != 0)
+}
+
+/// An animated WebP.
+pub struct WebpAnimation {
+    decoder: WebPDecoder<Cursor<Vec<u8>>>,
+    name: std::path::PathBuf,
+    next: usize,
+    /// When the next frame is shown, in milliseconds.
+    time: u64,
+}
+
+impl WebpAnimation {
+    /// Reads a file.
+    pub fn open(path: &Path, limits: Limits) -> Result<Self, Error> {
+        let most = limits::image_bytes(limits.pixels as u64);
+        let read = || -> Result<_, LoadError> {
+            let bytes = plain_file::open(path)?.read(most)?;
+            image_parts::check(&bytes, Some(image::ImageFormat::WebP))?;
+            let mut decoder = WebPDecoder::new(Cursor::new(bytes)).map_err(damaged)?;
+            let (width, height) = decoder.dimensions();
+            limits.check(width as usize, height as usize)?;
+            decoder.set_memory_limit(usize::try_from(most).unwrap_or(usize::MAX));
+            Ok(decoder)
+        };
+        let what = path.display().to_string();
+        let decoder = read().map_err(|error| match error {
+            LoadError::TooLarge(size) => Error::TooLarge { what, size },
+            error => Error::unreadable(what, error),
+        })?;
+        Ok(Self { decoder, name: path.to_path_buf(), next: 0, time: 0 })
+    }
+
+    fn read(&mut self, index: usize) -> Result<Picture, LoadError> {
+        if index < self.next {
+            self.decoder.reset_animation();
+            (self.next, self.time) = (0, 0);
+        }
+        let (width, height) = self.decoder.dimensions();
+        let bytes = self.decoder.output_buffer_size().ok_or(LoadError::Cut)?;
+        let mut pixels = vec![0; bytes];
+        let mut begin = self.time;
+        while self.next <= index {
+            begin = self.time;
+            self.time += u64::from(self.decoder.read_frame(&mut pixels).map_err(damaged)?);
+            self.next += 1;
+        }
+        if self.decoder.has_alpha() {
+            pixels =
+                pixels.as_chunks::<4>().0.iter().flat_map(|[r, g, b, _]| [*r, *g, *b]).collect();
+        }
+        let picture = Picture::rgb(width as usize, height as usize, pixels);
+        Ok(picture.at(Some(begin as f64 / 1000.0)))
+    }
+}
+
+fn damaged(error: image_webp::DecodingError) -> LoadError {
+    std::io::Error::new(std::io::ErrorKind::InvalidData, error).into()
+}
+
+impl FrameSource for WebpAnimation {
+    fn length(&self) -> Option<usize> {
+        Some(self.decoder.num_frames() as usize)
+    }
+
+    /// The average.
+    fn rate(&self) -> Option<FrameRate> {
+        let milliseconds = u32::try_from(self.decoder.loop_duration()).ok()?;
+        FrameRate::new(self.decoder.num_frames().checked_mul(1000)?, milliseconds)
+    }
+
+    fn frame(&mut self, index: usize) -> Result<Option<Picture>, Error> {
+        if index >= self.decoder.num_frames() as usize {
+            return Ok(None);
+        }
+        let read = self.read(index);
+        read.map(Some).map_err(|reason| Error::Image { index, file: self.name.clone(), reason })
+    }
+}
