@@ -16,6 +16,9 @@ const SHORT: usize = 12;
 /// A track with a lower score is not sure.
 const SURE: f64 = 0.5;
 
+/// Boxes that overlap by at least this much agree on where the target is.
+pub(super) const AGREED: f64 = 0.5;
+
 /// Joins what was found between two neighbouring key frames, `first` and `last`.
 ///
 /// `forward` was tracked from the first key frame and holds the frames after it, up to and with the
@@ -29,6 +32,10 @@ const SURE: f64 = 0.5;
 /// line from where the forward track was last sure to where the backward track is sure again, or,
 /// in short spans, between the key frames. In all other frames it is that of one track up to a
 /// frame and of the other from there on.
+///
+/// The result is never surer than what the tracks have seen. Where they are apart, the score is at
+/// most their overlap. What one of them has lost stays lost, unless the other one tracks the target
+/// there: then it alone has an opinion, and there is no agreement.
 pub fn join(
     first: BoundingBox,
     forward: &[Found],
@@ -63,9 +70,33 @@ pub fn join(
         } else {
             found.bbox
         };
-        Tracked { bbox, agreement: Some(agreement), ..found.into() }
+        judge(Found { bbox, ..found }, agreement, [*forward, *backward])
     };
     forward.iter().zip(&backward).enumerate().map(join).collect()
+}
+
+/// What two tracks say of a box to which they lead.
+fn judge(found: Found, agreement: f64, tracks: [Found; 2]) -> Tracked {
+    let joined = Tracked { agreement: Some(agreement), ..found.into() };
+    if tracks.iter().all(|track| track.status != Status::Lost) {
+        return match agreement >= AGREED {
+            true => joined,
+            false => {
+                let score = found.score.min(agreement);
+                Tracked { score, status: Status::Uncertain, ..joined }
+            }
+        };
+    }
+    let tracks_it = |track: &Found| {
+        track.status == Status::Tracked && track.bbox.overlap(&found.bbox) >= AGREED
+    };
+    match tracks.into_iter().find(tracks_it) {
+        Some(alone) => Found { bbox: found.bbox, ..alone }.into(),
+        None => {
+            let score = tracks.iter().fold(found.score, |least, track| least.min(track.score));
+            Tracked { score, status: Status::Lost, ..joined }
+        }
+    }
 }
 
 /// A stretch in which neither track is sure: what each finds there is no better than a straight
