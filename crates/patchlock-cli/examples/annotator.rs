@@ -194,7 +194,8 @@ impl<'a> Course<'a> {
             let forward = self.run(first, last)?;
             let mut backward = self.run(last, first)?;
             backward.reverse();
-            let joined = join::join(keys[&first].bbox, &forward, &backward, keys[&last].bbox);
+            let ends = [keys[&first].bbox, keys[&last].bbox];
+            let joined = join::join(ends[0], &forward, &backward, ends[1], |_| None);
             boxes.extend((first + 1..).zip(joined));
         }
         Ok(boxes)

@@ -1,7 +1,7 @@
 // The page loses no doubt: targets that were never tracked, corrections, what is taken back.
 
 import { FRAMES, expect, test, Work } from './page.mjs';
-import { Studio, readTruth } from './program.mjs';
+import { Folder, Studio, readTruth } from './program.mjs';
 
 const truth = readTruth();
 const other = { x: 300, y: 40, w: 60, h: 50 };
@@ -163,6 +163,15 @@ test.describe('a target that is tracked', () => {
         await work.press('Enter');
         await expect(work.targets()).toHaveCount(2);
     });
+});
+
+test('a folder of clips is opened as these clips', async ({ page }) => {
+    const folder = new Folder(['a.mp4', 'b.mp4']);
+    const studio = await Studio.start([folder.path], [], folder.path);
+    await page.goto(studio.address);
+    await expect(page.locator('#clips > li')).toHaveCount(2);
+    await expect(page.locator('#clip-title')).toHaveText('a.mp4');
+    await studio.kill();
 });
 
 test('after a crash, tracking that was cut off is offered, and steps can be undone', async ({

@@ -14,6 +14,7 @@ use super::clips::{Held, Opened, no_target};
 use crate::engine::Listener;
 use crate::engine::plan::{self, Span, Wish};
 use crate::project::{Edit, Tracked};
+use crate::tracking::doubt::doubtful;
 
 /// Time between two messages with boxes.
 const MESSAGES: Duration = Duration::from_millis(50);
@@ -307,11 +308,16 @@ impl<'a> Job<'a> {
 
     fn track_all(&mut self, wish: Wish) -> Result<bool, Refusal> {
         // The project may have changed while the job waited.
-        let spans = spans(&self.clip.hold(), self.clip.frames, wish)?;
+        let (spans, before) = {
+            let held = self.clip.hold();
+            let target = held.store.project().target(self.target);
+            let before = target.map(doubtful).unwrap_or_default();
+            (spans(&held, self.clip.frames, wish)?, before)
+        };
         self.pace.total = spans.iter().map(Span::steps).sum();
         for span in spans {
             let engine = &self.clip.engine;
-            let tracked = engine.track(span, self);
+            let tracked = engine.track(span, &before, self);
             let Some(boxes) = tracked.map_err(|error| Refusal::failed(error.to_string()))? else {
                 return Ok(false);
             };

@@ -1,6 +1,7 @@
 //! Which frames of a target to look at next.
 
 use std::cmp::Ordering;
+use std::collections::BTreeMap;
 use std::fmt;
 
 use patchlock::Status;
@@ -113,6 +114,23 @@ pub fn unknown(target: &Target, frames: usize) -> Vec<[usize; 2]> {
         next = next.max(last + 1);
     }
     unknown
+}
+
+/// What is known of the frames that are doubtful, without the stretches in which there is a key
+/// frame: it says that the target is there.
+pub fn doubtful(target: &Target) -> BTreeMap<usize, Tracked> {
+    let frames = target.tracked.iter().filter(|(_, tracked)| is_doubtful(tracked));
+    let mut doubtful: BTreeMap<usize, Tracked> = frames.map(|(&frame, &it)| (frame, it)).collect();
+    let keys: Vec<usize> = target.keys.keys().copied().collect();
+    for keys in keys.chunk_by(|a, b| a + 1 == *b) {
+        let (before, after) = (keys[0].checked_sub(1), keys[keys.len() - 1] + 1);
+        let Some(before) = before.filter(|before| doubtful.contains_key(before)) else { continue };
+        if doubtful.contains_key(&after) {
+            (0..=before).rev().take_while(|at| doubtful.remove(at).is_some()).for_each(drop);
+            (after..).take_while(|at| doubtful.remove(at).is_some()).for_each(drop);
+        }
+    }
+    doubtful
 }
 
 /// A doubt for each stretch that was never tracked, at its end beside a box.
@@ -246,7 +264,6 @@ mod tests {
     use super::*;
     use crate::project::Key;
     use patchlock::BoundingBox;
-    use std::collections::BTreeMap;
 
     /// The last tracked frame of [`target`] is the last one of the video.
     const FRAMES: usize = 160;
@@ -352,7 +369,26 @@ mod tests {
         assert_eq!(found, [(139, Reason::Unchecked(39)), (99, Reason::Untracked(100))]);
         target.hidden.insert(0, [0, 99]);
         assert_eq!(places(&target), []);
-        assert_eq!(doubts(&Target { keys: BTreeMap::new(), ..target }, 0), []);
+        let (keys, tracked) = (BTreeMap::new(), BTreeMap::new());
+        assert_eq!(doubts(&Target { keys, tracked, ..target }, 0), []);
+    }
+
+    #[test]
+    fn a_key_frame_in_a_doubtful_stretch_says_that_the_target_is_there() {
+        let mut target = target();
+        let lost = Tracked { score: 0.3, status: Status::Lost, ..sure() };
+        let apart = Tracked { agreement: Some(0.1), ..sure() };
+        target.tracked.extend((40..50).map(|frame| (frame, lost)));
+        target.tracked.extend((101..105).map(|frame| (frame, apart)));
+        let frames = |target: &Target| doubtful(target).into_keys().collect::<Vec<_>>();
+        // The key frame 100 is beside one, and not in it.
+        assert_eq!(frames(&target), (40..50).chain(101..105).collect::<Vec<_>>());
+        let key = target.keys[&0];
+        for frame in [44, 45] {
+            target.tracked.remove(&frame);
+            target.keys.insert(frame, key);
+        }
+        assert_eq!(frames(&target), (101..105).collect::<Vec<_>>());
     }
 
     #[test]
