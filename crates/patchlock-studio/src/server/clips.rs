@@ -15,7 +15,7 @@ use serde_json::{Map, Value, json};
 use tokio::sync::{MutexGuard, broadcast};
 
 use super::advice;
-use super::answer::{Arriving, Asked, At, Refusal, aside};
+use super::answer::{Arriving, At, Refusal, aside};
 use super::frames::{Cache, Reader};
 use super::jobs::{Jobs, Stopped};
 use super::{App, Settings};
@@ -23,7 +23,7 @@ use crate::engine::Engine;
 use crate::engine::plan::Wish;
 use crate::import::Imported;
 use crate::project::{self, Edit, Error, Label, Shared, Store, beside};
-use crate::tracking::doubt::{Doubt, Left, doubts, left, unknown};
+use crate::tracking::doubt::unknown;
 
 /// Largest list of edits, in bytes of JSON.
 const EDIT_BYTES: u64 = 64 << 20;
@@ -570,55 +570,6 @@ pub async fn stop(
     let clip = app.clips.open(clip).await?;
     let Stopped { running, dropped } = aside(move || Ok(Jobs::stop_all(&clip))).await?;
     Ok(Json(json!({ "stopped": dropped.len() + usize::from(running), "dropped": dropped })))
-}
-
-/// Of which target.
-#[derive(Deserialize)]
-pub struct Of {
-    target: Option<u64>,
-}
-
-/// `GET /api/clips/ID/doubts?target=T`
-pub async fn doubtful(
-    State(app): State<Arc<App>>,
-    At(clip): At<usize>,
-    Asked(Of { target }): Asked<Of>,
-) -> Result<Json<Value>, Refusal> {
-    let clip = app.clips.open(clip).await?;
-    let found = aside(move || {
-        let tracking = clip.jobs.targets();
-        let held = clip.hold();
-        let project = held.store.project();
-        if let Some(id) = target.filter(|&id| project.target(id).is_none()) {
-            return Err(no_target(id));
-        }
-        let targets = project.targets.iter().filter(|it| target.is_none_or(|id| id == it.id));
-        let mut found: Vec<_> = targets
-            .flat_map(|target| doubts(target, clip.frames).into_iter().map(|it| (target.id, it)))
-            .collect();
-        // What is being tracked, or waits for it, will be known.
-        found.retain(|(target, doubt)| !(tracking.contains(target) && doubt.reason.is_untracked()));
-        found.sort_by(|(_, a), (_, b)| a.order(b));
-        let left: Left = project.targets.iter().map(|it| left(it, clip.frames)).sum();
-        Ok((found, left))
-    });
-    let (found, left) = found.await?;
-    let doubts: Vec<Value> = found
-        .into_iter()
-        .map(|(target, doubt)| {
-            let Doubt { frame, stretch, gain, reason, .. } = doubt;
-            let (is_untracked, reason) = (reason.is_untracked(), reason.to_string());
-            json!({
-                "target": target, "frame": frame, "stretch": stretch, "gain": gain,
-                "reason": reason, "untracked": is_untracked,
-            })
-        })
-        .collect();
-    let Left { boxes, expected, probable, unknown } = left;
-    let left = json!({
-        "boxes": boxes, "expected": expected, "probable": probable, "unknown": unknown,
-    });
-    Ok(Json(json!({ "doubts": doubts, "left": left })))
 }
 
 /// The answer about a target that does not exist.

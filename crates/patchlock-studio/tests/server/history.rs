@@ -103,13 +103,16 @@ fn the_queue_says_who_waits_and_who_was_dropped() {
     // Those that wait will be tracked.
     assert_eq!(untracked(&doubts), [] as [Value; 0]);
     let stopped = server.post("/api/clips/1/stop", &json!({})).json();
-    assert_eq!(stopped["dropped"], json!([2, 3]));
+    // On a busy machine the first job may have ended meanwhile.
+    let dropped = stopped["dropped"].as_array().expect("a list").clone();
+    assert!(dropped == [2, 3] || dropped == [3], "{stopped}");
     let doubts = server.get("/api/clips/1/doubts").json();
-    assert!([2, 3].iter().all(|id| untracked(&doubts).contains(&json!(id))), "{doubts}");
-    assert!(doubts["left"]["unknown"].as_u64().expect("a number") >= 2 * (FRAMES as u64 - 1));
+    assert!(dropped.iter().all(|id| untracked(&doubts).contains(id)), "{doubts}");
+    let unknown = doubts["left"]["unknown"].as_u64().expect("a number");
+    assert!(unknown >= (dropped.len() * (FRAMES - 1)) as u64, "{doubts}");
     let info = &server.get("/api/clips").json()["clips"][0];
     assert_eq!(info["unknown"], doubts["left"]["unknown"]);
-    assert!(info["unknown_targets"].as_u64().expect("a number") >= 2);
+    assert!(info["unknown_targets"].as_u64().expect("a number") >= dropped.len() as u64);
     // What found nothing is no step: the last one is that of the job that ran, or the last target.
     let undo = server.clip()["undo"].clone();
     assert!(!undo.as_str().expect("a text").contains("in no frame"), "{undo}");
