@@ -102,11 +102,13 @@ impl<'a> Course<'a> {
     fn keys(&mut self) -> Result<[usize; 3]> {
         let interpolated =
             self.fill(|course, keys| Ok(course.interpolate(keys)), |_, worst| worst)?;
-        let ours = self.fill(Self::track, |target, _| match doubt::doubts(target).first() {
-            Some(doubt) => doubt.frame,
-            // Only short spans are left: in the middle of the longest.
-            None => middle_of_the_longest(target),
-        })?;
+        let frames = self.sequence.truth.len();
+        let ours =
+            self.fill(Self::track, |target, _| match doubt::doubts(target, frames).first() {
+                Some(doubt) => doubt.frame,
+                // Only short spans are left: in the middle of the longest.
+                None => middle_of_the_longest(target),
+            })?;
         let oracle = self.fill(Self::track, |_, worst| worst)?;
         Ok([interpolated, ours, oracle])
     }
@@ -132,7 +134,7 @@ impl<'a> Course<'a> {
                 changes: BTreeMap::new(),
                 keys: keys.clone(),
                 tracked,
-                hidden: Vec::new(),
+                hidden: self.first.checked_sub(1).map(|last| [0, last]).into_iter().collect(),
             };
             let mut frame = place(&target, worst);
             // Where the truth says nothing, the nearest frame of which it does.
@@ -192,7 +194,8 @@ impl<'a> Course<'a> {
             let forward = self.run(first, last)?;
             let mut backward = self.run(last, first)?;
             backward.reverse();
-            let joined = join::join(keys[&first].bbox, &forward, &backward, keys[&last].bbox);
+            let ends = [keys[&first].bbox, keys[&last].bbox];
+            let joined = join::join(ends[0], &forward, &backward, ends[1], |_| None);
             boxes.extend((first + 1..).zip(joined));
         }
         Ok(boxes)

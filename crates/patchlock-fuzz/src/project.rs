@@ -61,7 +61,9 @@ fn sound(project: &Project) {
     for target in &project.targets {
         target.keys.values().for_each(|key| finite(key.bbox));
         target.tracked.values().for_each(|tracked| finite(tracked.bbox));
-        doubts(target).iter().for_each(|doubt| assert!(doubt.gain.is_finite(), "{doubt:?}"));
+        doubts(target, project.video.frames)
+            .iter()
+            .for_each(|doubt| assert!(doubt.gain.is_finite(), "{doubt:?}"));
     }
 }
 

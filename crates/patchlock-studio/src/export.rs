@@ -413,7 +413,7 @@ fn write_table(project: &Project, out: &Path, overwrite: bool) -> Result<(), Err
         return Err(refused(format!("{} exists already", out.display())));
     }
     let text = table(project)?;
-    file::replace(out, text.as_bytes()).map_err(|error| Error::write(out, error))
+    file::replace(out, text.as_bytes()).map(drop).map_err(|error| Error::write(out, error))
 }
 
 /// Checks how many rows the targets have. Two numbers in a file can hide a target in any number of

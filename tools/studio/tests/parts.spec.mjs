@@ -85,10 +85,12 @@ test('a target in a clip of 100 million frames', () => {
     );
     long.addLive([[7, 1, 2, 30, 40, 0.1, 'lost', null]]);
     expect(long.known).toEqual([0, 5, 7, many - 1]);
-    expect([long.extent(), long.lostAround(7)]).toEqual([
+    expect([long.extent(), long.doubtfulAround(7)]).toEqual([
         [0, many - 1],
         [7, 7],
     ]);
+    expect(long.doubtfulAround(500)).toEqual([8, 999]);
+    expect([long.doubtfulAround(0), long.doubtfulAround(2000)]).toEqual([null, null]);
     const worst = (first, end) => long.worst(first, end);
     expect(worst(0, 6)).toEqual({ kind: 'uncertain', score: 0.3 });
     expect(worst(6, 100)).toEqual({ kind: 'lost', score: -1 });

@@ -34,11 +34,12 @@ test('a box becomes a track, a correction a key frame, and all of it can be undo
     // Between the key frames it was tracked from both sides.
     expect(second.tracked[75].agreement).toEqual(expect.any(Number));
 
-    await work.press('Control+z', 'Control+z');
+    // A correction and the tracking that follows from it are one step.
+    await work.press('Control+z');
     await expect.poll(() => folder.project().targets).toEqual([first]);
-    await work.press('Control+Shift+z', 'Control+Shift+z');
+    await work.press('Control+Shift+z');
     await expect.poll(() => folder.project().targets).toEqual([second]);
-    for (let step = 0; step < 4; step += 1) await work.press('Control+z');
+    for (let step = 0; step < 2; step += 1) await work.press('Control+z');
     await expect.poll(() => folder.project().targets).toEqual([]);
     await expect(work.targets()).toHaveCount(0);
 });
@@ -517,7 +518,7 @@ test('where the selected target has no box, a new box is its box, and can be ano
     await work.afterDrawing('none');
     await work.draw(truth[0]);
     await expect(work.targets()).toHaveCount(1);
-    await expect(page.locator('#doubts-empty')).toContainText('is not tracked yet');
+    await expect(page.locator('#doubts')).toContainText('not tracked yet: 209 frames');
     await work.goTo(60);
     const box = { x: 300, y: 40, w: 60, h: 50 };
     await work.draw(box);
@@ -533,7 +534,9 @@ test('undo says how many frames it takes back', async ({ work, page }) => {
     await work.tracked();
     await expect(page.locator('#undo')).toHaveAttribute('title', /track target 1 in 209 frames, 1 to 209/);
     await work.press('Control+z');
-    await expect(page.locator('#notices')).toContainText('Undone: track target 1 in 209 frames');
+    await expect(page.locator('#notices')).toContainText(
+        'Undone: add target in frame 0, and track target 1 in 209 frames, 1 to 209',
+    );
 });
 
 test('interpolation: straight lines between key frames, without tracking', async ({ work, page, folder }) => {

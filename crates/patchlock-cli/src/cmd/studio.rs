@@ -1,7 +1,7 @@
 //! `patchlock studio`: annotates videos on a page in the browser.
 
 use std::net::{IpAddr, SocketAddr};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use clap::Args;
@@ -10,6 +10,7 @@ use etcetera::BaseStrategy as _;
 use patchlock_media::{Helper, Limits};
 use patchlock_studio::project;
 use patchlock_studio::server::{self, Options, Patience, ProjectLocation, Server};
+use patchlock_track::files;
 
 use super::hosts::HostArgs;
 use super::settings::SettingsArgs;
@@ -18,6 +19,9 @@ use crate::failure::{Failure, failed, say, usage};
 use crate::interrupt;
 use crate::output::printed::print;
 use crate::{advice, browser};
+
+/// The endings of videos in a folder of clips.
+const VIDEOS: [&str; 10] = ["mp4", "m4v", "mov", "avi", "mkv", "webm", "y4m", "mpg", "mpeg", "ts"];
 
 const EXAMPLES: &str = "\
 EXAMPLES:
@@ -43,7 +47,7 @@ EXAMPLES:
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct StudioArgs {
-    /// Videos, or folders of images
+    /// Videos, folders of images, or folders of videos
     #[arg(value_name = "VIDEO|FOLDER")]
     videos: Vec<PathBuf>,
 
@@ -112,13 +116,14 @@ pub fn run(args: &StudioArgs, helper: Option<Helper>) -> Result<()> {
         let message = format!("there is no file or folder {}", missing.display());
         return Err(usage(message).hint("name a video or a folder of images").into());
     }
-    if args.project.is_some() && args.videos.len() != 1 {
-        let message = format!("--project is for one video; there are {}", args.videos.len());
+    let videos: Vec<PathBuf> = args.videos.iter().flat_map(|path| clips(path)).collect();
+    if args.project.is_some() && videos.len() != 1 {
+        let message = format!("--project is for one video; there are {}", videos.len());
         return Err(usage(message).hint("--projects DIR is for those of all videos").into());
     }
     let config = args.settings.resolve(None)?;
     let options = Options {
-        videos: args.videos.clone(),
+        videos,
         projects: args.projects(),
         config,
         threads: args.threads,
@@ -165,6 +170,19 @@ pub fn run(args: &StudioArgs, helper: Option<Helper>) -> Result<()> {
         ));
     }
     Ok(())
+}
+
+/// The clips of a path: the videos of a folder that has no images, or else the path itself.
+fn clips(path: &Path) -> Vec<PathBuf> {
+    let has_images = || files::images(path).is_ok_and(|images| !images.is_empty());
+    if !path.is_dir() || has_images() {
+        return vec![path.to_path_buf()];
+    }
+    let is_video = |file: &PathBuf| VIDEOS.iter().any(|ending| files::ends_with(file, ending));
+    let mut clips = files::entries(path).unwrap_or_default();
+    clips.retain(|file| is_video(file) && file.is_file());
+    // What is wrong with a folder of neither is said when it is opened.
+    if clips.is_empty() { vec![path.to_path_buf()] } else { clips }
 }
 
 /// The folder for tokens, if the user has a folder for such files.

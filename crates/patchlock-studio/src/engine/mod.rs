@@ -4,6 +4,7 @@
 pub mod look;
 pub mod plan;
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -61,14 +62,16 @@ pub trait Listener {
 }
 
 impl Engine {
-    /// Tracks a span. Returns the boxes of its frames without those that it starts from, or `None`
-    /// if the listener has stopped it; what was found until then it knows.
+    /// Tracks a span, with what was known before of [doubtful](crate::tracking::doubt::doubtful)
+    /// frames. Returns the boxes of its frames without those that it starts from, or `None` if the
+    /// listener has stopped it; what was found until then it knows.
     ///
     /// # Errors
     /// [`Error`]; what was found until then the listener knows.
     pub fn track(
         &self,
         span: Span,
+        before: &BTreeMap<usize, Tracked>,
         listener: &mut dyn Listener,
     ) -> Result<Option<Vec<(usize, Tracked)>>, Error> {
         let (first, last) = match span {
@@ -84,7 +87,8 @@ impl Engine {
         let found = |pass: Vec<(usize, Found)>| -> Vec<Found> {
             pass.into_iter().map(|(_, found)| found).collect()
         };
-        let joined = join(first.1, &found(forward), &found(backward), last.1);
+        let before = |at: usize| before.get(&(first.0 + 1 + at)).copied();
+        let joined = join(first.1, &found(forward), &found(backward), last.1, before);
         Ok(Some((first.0 + 1..).zip(joined).collect()))
     }
 

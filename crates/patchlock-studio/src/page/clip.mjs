@@ -1,17 +1,18 @@
 // A clip that is open: its project, its connection to the server, and changes to it.
 
 import * as api from './requests.mjs';
-import { complain, settle, tell } from './notices.mjs';
+import { complain, settle, settleGroup, tell } from './notices.mjs';
 import { Track } from './tracks.mjs';
 
 /** @typedef {import('./types').Edit} Edit */
+/** @typedef {import('./types').TrackRequest} TrackRequest */
 
 const FIRST_PAUSE = 500;
 const LONGEST_PAUSE = 5000;
 
 /**
  * Events: `change` (anything to draw), `live` (boxes of a running job; detail: the target and the newest
- * frame), `loaded` (the project was read again), `done` (a job ended).
+ * frame), `loaded` (the project was read again), `done` (a job ended), `unmade` (a change could not be made).
  */
 export class Clip extends EventTarget {
     /** @param {import('./types').ClipInfo} info */
@@ -34,7 +35,7 @@ export class Clip extends EventTarget {
         /** @type {import('./types').Doubt[]} */
         this.doubts = [];
         /** What is left to check: @type {import('./types').Left} */
-        this.left = { boxes: 0, expected: 0, probable: 0 };
+        this.left = { boxes: 0, expected: 0, probable: 0, unknown: 0 };
         /** Colours of targets, by their ids: @type {Record<string, string>} */
         this.colours = {};
         /** @type {string | null} */
@@ -44,6 +45,16 @@ export class Clip extends EventTarget {
         this.windows = 1;
         /** The tracking that runs: @type {{target: number, fps: number, left: number | null} | null} */
         this.job = null;
+        /** Targets whose tracking waits for the one that runs: @type {number[]} */
+        this.waiting = [];
+        /** Tracking that was asked for and has not ended, by target: @type {Map<number, TrackRequest>} */
+        this.asked = new Map();
+        /** Changes that tracking is about to follow: @type {Set<object>} */
+        this.followed = new Set();
+        /** Readings of the doubtful places: how many were begun, which is here, which there has to be. */
+        this.readings = { begun: 0, here: 0, needed: 0 };
+        /** Changes that could not be made, to try again: @type {{again: () => void, give: () => void}[]} */
+        this.failed = [];
         this.connected = true;
         /** Changes that are on their way. */
         this.unsaved = 0;
@@ -79,6 +90,16 @@ export class Clip extends EventTarget {
     close() {
         this.closed = true;
         this.socket?.close();
+        settleGroup(this.path);
+    }
+
+    /**
+     * Says what is wrong, until it is no more, or the clip is left.
+     * @param {unknown} error
+     * @param {{doing?: string, topic?: string}} [options]
+     */
+    #complain(error, options = {}) {
+        if (!this.closed) complain(error, { ...options, group: this.path });
     }
 
     changed() {
@@ -119,6 +140,7 @@ export class Clip extends EventTarget {
         this.windows = state.windows;
         if (!state.job) this.job = null;
         else this.job ??= { target: state.job.target, fps: 0, left: null };
+        this.waiting = state.job?.waiting ?? [];
         const { frames } = state.project.video;
         const running = this.job && this.track(this.job.target);
         this.tracks = state.project.targets.map((target) => new Track(target, frames));
@@ -161,7 +183,7 @@ export class Clip extends EventTarget {
     /** @param {string | null} changed */
     #sayWhetherChanged(changed) {
         if (changed && changed !== this.saidChanged) {
-            complain(`The video is not the one of this project: ${changed}`, {
+            this.#complain(`The video is not the one of this project: ${changed}`, {
                 topic: `changed ${this.info.id}`,
             });
         }
@@ -182,16 +204,21 @@ export class Clip extends EventTarget {
     }
 
     async #readDoubts() {
+        // It is read when the tracking has been asked for, so that nothing is said too early.
+        if (this.followed.size > 0) return;
+        const reading = (this.readings.begun += 1);
         try {
             const { doubts, left } = await api.json('GET', `${this.path}/doubts`);
             if (this.closed) return;
+            // An answer that was overtaken is old.
+            if (reading < this.readings.here) return;
+            this.readings.here = reading;
             this.doubts = doubts;
             this.left = left;
             settle('doubts');
             this.changed();
         } catch (error) {
-            if (!this.closed)
-                complain(error, { doing: 'Doubtful places could not be read', topic: 'doubts' });
+            this.#complain(error, { doing: 'Doubtful places could not be read', topic: 'doubts' });
         }
     }
 
@@ -204,6 +231,21 @@ export class Clip extends EventTarget {
     /** @param {number | null} id */
     track(id) {
         return this.tracks.find((track) => track.target.id === id);
+    }
+
+    /** Whether tracking runs, waits, is about to begin, or has ended and its doubtful places are not here yet. */
+    get isBusy() {
+        const isOld = this.readings.here < this.readings.needed;
+        return this.job !== null || this.waiting.length > 0 || this.followed.size > 0 || isOld;
+    }
+
+    /**
+     * What a target is called.
+     * @param {number} id
+     */
+    name(id) {
+        const track = this.track(id);
+        return track ? `${track.target.label} ${id}` : `target ${id}`;
     }
 
     /**
@@ -229,7 +271,10 @@ export class Clip extends EventTarget {
             settle('connection');
             tell('The server is back.');
             this.dispatchEvent(new Event('back'));
-            void this.load().catch((error) => complain(error));
+            void this.load().then(
+                () => this.#offerLostTracking(),
+                (error) => this.#complain(error),
+            );
         };
         socket.onmessage = (message) => this.#receive(JSON.parse(message.data));
         socket.onclose = () => {
@@ -237,10 +282,26 @@ export class Clip extends EventTarget {
         };
     }
 
+    /** Tracking that ended with the server has left boxes that are not those of the last corrections. */
+    #offerLostTracking() {
+        const lost = [...this.asked.values()].filter(
+            ({ target }) => target !== this.job?.target && !this.waiting.includes(target),
+        );
+        this.asked.clear();
+        if (lost.length === 0) return;
+        const names = lost.map(({ target }) => this.name(target)).join(', ');
+        const run = () => lost.forEach((request) => void this.startTracking(request));
+        complain(`Tracking was cut off: ${names}.`, {
+            topic: 'cut off',
+            action: { text: 'Track again', run },
+        });
+    }
+
     async #reconnect() {
         if (this.connected) {
             this.connected = false;
             this.job = null;
+            this.waiting = [];
             this.changed();
         }
         try {
@@ -252,7 +313,7 @@ export class Clip extends EventTarget {
                 'Nothing that was saved is lost. Start it again; this page waits for it.',
                 0,
             );
-            complain(gone ? error : lost, { topic: 'connection' });
+            this.#complain(gone ? error : lost, { topic: 'connection' });
             if (error instanceof api.Failure && error.status === 401) return;
         }
         await new Promise((resolve) => setTimeout(resolve, this.pause));
@@ -263,10 +324,12 @@ export class Clip extends EventTarget {
     /** @param {import('./types').Event} event */
     #receive(event) {
         if (event.type === 'project') this.#otherRevision(event.revision);
-        else if (event.type === 'labels') void this.load().catch((error) => complain(error));
+        else if (event.type === 'labels') void this.load().catch((error) => this.#complain(error));
         else if (event.type === 'windows') this.#otherWindows(event.count);
         else if (event.type === 'tracked') this.#tracked(event);
         else if (event.type === 'job') this.#jobChanged(event);
+        else if (event.type === 'queue') this.waiting = event.waiting;
+        else if (event.type === 'history') [this.undoText, this.redoText] = [event.undo, event.redo];
         this.changed();
     }
 
@@ -274,7 +337,7 @@ export class Clip extends EventTarget {
     #otherRevision(revision) {
         const known = revision <= Math.max(this.revision, this.own) || this.unsaved > 0 || this.job;
         if (!known && this.windows > 1) tell('Another window has changed this project.');
-        if (revision !== this.revision) void this.load().catch((error) => complain(error));
+        if (revision !== this.revision) void this.load().catch((error) => this.#complain(error));
     }
 
     /** @param {number} count */
@@ -303,25 +366,66 @@ export class Clip extends EventTarget {
             return;
         }
         this.job = null;
+        this.readings.needed = this.readings.begun + 1;
         this.ended += 1;
+        if (!this.waiting.includes(target)) this.asked.delete(target);
         this.track(target)?.live.clear();
-        if (state === 'failed') complain(error ?? 'Tracking failed.', { doing: `Target ${target}` });
+        if (state === 'failed') this.#complain(error ?? 'Tracking failed.', { doing: `Target ${target}` });
         this.dispatchEvent(new CustomEvent('done', { detail: { target, state } }));
         this.stopping = false;
-        void this.load().catch((failure) => complain(failure));
+        void this.load().catch((failure) => this.#complain(failure));
     }
 
     /**
-     * Makes changes, one after the other. Answers whether they were made; if not, it has said why.
+     * Makes changes, one after the other. Answers whether they were made; if not, it has said why. Where they
+     * can be tried again, it answers when that has succeeded, or the person gives up: so what follows them
+     * follows then, too.
      * @param {Edit[] | (() => Edit[])} edits or what says them when all changes before are made
+     * @param {() => void} [unmade] called each time they could not be made
      * @returns {Promise<boolean>}
      */
-    edit(edits) {
-        return this.#queue(
-            'The change was not made',
-            () => this.#edit(typeof edits === 'function' ? edits() : edits),
-            () => void this.edit(edits),
-        );
+    edit(edits, unmade = () => {}) {
+        const doing = 'The change was not made';
+        const work = () => this.#edit(typeof edits === 'function' ? edits() : edits);
+        return new Promise((resolve) => {
+            const again = () => void this.#queue(doing, work, failed).then((made) => made && resolve(true));
+            const give = () => resolve(false);
+            /** @param {unknown} error */
+            const failed = (error) => {
+                unmade();
+                if (!(error instanceof api.Failure) || (error.status !== 0 && error.status !== 409)) {
+                    complain(error, { doing });
+                    return give();
+                }
+                this.failed.push({ again, give });
+                const all = (/** @type {'again' | 'give'} */ what) =>
+                    this.failed.splice(0).forEach((change) => change[what]());
+                const action = { text: 'Try again', run: () => all('again') };
+                complain(error, { doing, topic: 'change', action, closed: () => all('give') });
+            };
+            again();
+        });
+    }
+
+    /**
+     * Makes changes that tracking follows.
+     * @param {Edit[]} edits
+     * @param {(since: number) => Promise<void>} track given the revision of the change
+     * @returns {Promise<boolean>}
+     */
+    async editAndTrack(edits, track) {
+        const change = {};
+        this.followed.add(change);
+        const made = await this.edit(edits, () => {
+            this.followed.delete(change);
+            this.dispatchEvent(new Event('unmade'));
+            this.changed();
+        });
+        if (made) await track(this.own);
+        this.followed.delete(change);
+        this.readings.needed = this.readings.begun + 1;
+        void this.readDoubts();
+        return made;
     }
 
     /** Waits until all changes are made, for what depends on how things are now. */
@@ -330,20 +434,20 @@ export class Clip extends EventTarget {
     }
 
     undo() {
-        return this.#queue('Not undone', () => this.#step('undo', this.undoText));
+        return this.#queue('Not undone', () => this.#step('undo'));
     }
 
     redo() {
-        return this.#queue('Not done again', () => this.#step('redo', this.redoText));
+        return this.#queue('Not done again', () => this.#step('redo'));
     }
 
     /**
      * @param {string} doing
      * @param {() => Promise<void>} work
-     * @param {() => void} [again]
+     * @param {(error: unknown) => void} [failed] instead of saying the error
      * @returns {Promise<boolean>}
      */
-    #queue(doing, work, again) {
+    #queue(doing, work, failed = (error) => complain(error, { doing })) {
         this.unsaved += 1;
         this.changed();
         const result = this.last
@@ -351,10 +455,7 @@ export class Clip extends EventTarget {
             .then(
                 () => true,
                 (error) => {
-                    const retry =
-                        error instanceof api.Failure && (error.status === 0 || error.status === 409) && again;
-                    const action = retry ? { text: 'Try again', run: retry } : undefined;
-                    complain(error, { doing, action });
+                    failed(error);
                     return false;
                 },
             )
@@ -397,16 +498,16 @@ export class Clip extends EventTarget {
 
     /**
      * @param {'undo' | 'redo'} verb
-     * @param {string | null} text
      */
-    async #step(verb, text) {
+    async #step(verb) {
+        // What was taken back is said by the server: while tracking runs, it knows best.
+        const { revision, text } = await api.json('POST', `${this.path}/${verb}`, {
+            json: { revision: this.revision },
+        });
         if (text === null) {
             tell(verb === 'undo' ? 'There is nothing to undo.' : 'There is nothing to do again.');
             return;
         }
-        const { revision } = await api.json('POST', `${this.path}/${verb}`, {
-            json: { revision: this.revision },
-        });
         this.own = revision;
         await this.load();
         tell(`${verb === 'undo' ? 'Undone' : 'Done again'}: ${text}`);
@@ -414,23 +515,42 @@ export class Clip extends EventTarget {
 
     /**
      * Starts tracking.
-     * @param {import('./types').TrackRequest} request
+     * @param {TrackRequest} request
      */
     async startTracking(request) {
         try {
             await this.last;
-            await api.json('POST', `${this.path}/track`, { json: request });
-            this.job ??= { target: request.target, fps: 0, left: null };
+            this.asked.set(request.target, request);
+            const { job } = await api.json('POST', `${this.path}/track`, { json: request });
+            // Undone in between, the change has nothing that follows it.
+            if (job === null) this.asked.delete(request.target);
+            else this.job ??= { target: request.target, fps: 0, left: null };
             this.changed();
+            void this.readDoubts();
         } catch (error) {
-            complain(error, { doing: 'Tracking did not start' });
+            this.asked.delete(request.target);
+            const isLost = error instanceof api.Failure && error.status === 0;
+            const action = isLost
+                ? { text: 'Try again', run: () => void this.startTracking(request) }
+                : undefined;
+            complain(error, { doing: `${this.name(request.target)}: tracking did not start`, action });
         }
     }
 
     async stop() {
         this.stopping = true;
+        const asked = new Map(this.asked);
         try {
-            await api.json('POST', `${this.path}/stop`);
+            /** @type {{dropped: number[]}} */
+            const { dropped } = await api.json('POST', `${this.path}/stop`);
+            if (dropped.length === 0) return;
+            dropped.forEach((target) => this.asked.delete(target));
+            const again = dropped.flatMap((target) => asked.get(target) ?? []);
+            const run = () => again.forEach((request) => void this.startTracking(request));
+            tell(
+                `Not tracked, since it was waiting: ${dropped.map((id) => this.name(id)).join(', ')}.`,
+                again.length ? { text: 'Track', run } : undefined,
+            );
         } catch (error) {
             complain(error, { doing: 'Tracking could not be stopped' });
         }

@@ -67,7 +67,8 @@ export class ClipList {
 }
 
 /** @param {import('./types').ClipInfo} info */
-function progress({ targets, keys, done }) {
-    if (targets > 0) return `${counted(targets, 'target')} · ${counted(keys, 'key')}`;
+function progress({ targets, keys, done, unknown }) {
+    const not = unknown ? ` · ${counted(unknown, 'frame')} not tracked` : '';
+    if (targets > 0) return `${counted(targets, 'target')} · ${counted(keys, 'key')}${not}`;
     return done ? 'no targets' : 'not begun';
 }

@@ -134,7 +134,7 @@ function boxes(editor) {
         {
             id: 'visible',
             group,
-            name: 'Not visible while lost here; again: visible',
+            name: 'Not visible while lost or doubtful here; again: visible',
             keys: ['Shift+H'],
             run: () => void stretches.toggleStretch(editor),
         },

@@ -99,6 +99,10 @@ export function openDialog(title, content, options = {}) {
     });
     document.body.append(dialog);
     dialog.showModal();
+    // Enter does what the dialog is for, and does not close it.
+    const usual = ['[autofocus]', 'form :is(input, select, textarea)', '.dialog-body .primary'];
+    const first = usual.map((each) => dialog.querySelector(each)).find(Boolean);
+    if (first instanceof HTMLElement) first.focus();
     return dialog;
 }
 

@@ -5,8 +5,9 @@ import * as api from './requests.mjs';
 import { Clip } from './clip.mjs';
 import { Frames } from './frames.mjs';
 import { counted } from './dom.mjs';
+import { whatIsLeftOf } from './left.mjs';
 import { complain, describe, settle, tell } from './notices.mjs';
-import { asBox } from './tracks.mjs';
+import { asBox, ordered } from './tracks.mjs';
 
 /** @typedef {import('./types').Box} Box */
 /** @typedef {import('./types').Direction} Direction */
@@ -166,6 +167,9 @@ export class Editor extends EventTarget {
         });
         clip.addEventListener('loaded', () => this.#loaded());
         clip.addEventListener('back', () => this.frames?.retry());
+        clip.addEventListener('unmade', () => {
+            this.pendingBox = null;
+        });
         clip.addEventListener('live', (event) => {
             const { target, frame } = /** @type {CustomEvent} */ (event).detail;
             if (this.following && target === this.selected) this.show(frame);
@@ -191,6 +195,9 @@ export class Editor extends EventTarget {
         if (entry) {
             entry.done = done;
             entry.targets = targets.length;
+            const unknown = clip.tracks.map((track) => track.unknown()).filter(Boolean);
+            entry.unknown = unknown.reduce((sum, frames) => sum + frames, 0);
+            entry.unknown_targets = unknown.length;
             entry.keys = targets.reduce((sum, { keys }) => sum + Object.keys(keys).length, 0);
             this.dispatchEvent(new Event('clips'));
         }
@@ -222,7 +229,9 @@ export class Editor extends EventTarget {
         if (!clip) return;
         const done = !clip.project.done;
         if (!(await clip.edit([{ edit: 'set_done', done }]))) return;
-        tell(`${clip.info.name} is ${done ? 'done' : 'not done'}.`);
+        await clip.read();
+        const left = done ? whatIsLeftOf(clip) : '';
+        tell(`${clip.info.name} is ${done ? 'done' : 'not done'}.${left ? ` ${left}` : ''}`);
     }
 
     // Frames
@@ -280,8 +289,9 @@ export class Editor extends EventTarget {
         await this.clip?.read();
         const doubts = this.clip?.doubts ?? [];
         if (doubts.length === 0) {
+            if (this.clip?.isBusy) return tell('No doubtful place so far. Tracking has not ended yet.');
             const { left } = this.clip ?? {};
-            const what = left?.boxes ? ` ${inNumbers(left)}. Play the clip once, then export it.` : '';
+            const what = left?.boxes ? ` ${inNumbers(left)} Play the clip once, then export it.` : '';
             tell(`No doubtful place is left.${what}`);
             return;
         }
@@ -292,7 +302,7 @@ export class Editor extends EventTarget {
         if (at >= 0 && at + direction >= doubts.length && !this.toldEnd) {
             this.toldEnd = true;
             const what = this.clip ? inNumbers(this.clip.left) : '';
-            tell(`That was the last of ${counted(doubts.length, 'doubtful place')}. ${what}.`);
+            tell(`That was the last of ${counted(doubts.length, 'doubtful place')}. ${what}`);
             return;
         }
         this.toldEnd = false;
@@ -309,6 +319,8 @@ export class Editor extends EventTarget {
         this.unseen.delete(doubt.target);
         this.goTo(doubt.frame);
         this.doubt = doubt;
+        // So that one key tracks it, or says that the target is not visible there.
+        if (doubt.untracked) this.stretch = ordered(...doubt.stretch);
         this.changed();
         describe(`Frame ${doubt.frame}, target ${doubt.target}: ${doubt.reason}`);
     }
@@ -415,10 +427,12 @@ function readAuto() {
  * How many boxes are expected to be wrong. The scores are read as probabilities, which METHODOLOGY.md measures.
  * @param {import('./types').Left} left
  */
-export function inNumbers({ boxes, expected, probable }) {
+export function inNumbers({ boxes, expected, probable, unknown }) {
     const about = expected < 9.95 ? expected.toFixed(1) : String(Math.round(expected));
     const doubtful = probable ? `, ${probable} of them probably` : '';
-    return `By their scores, about ${about} of the boxes are wrong, of ${boxes} tracked${doubtful}`;
+    const wrong = `By their scores, about ${about} of the boxes are wrong, of ${boxes} tracked${doubtful}.`;
+    const not = unknown ? `Not tracked: ${counted(unknown, 'frame')}.` : '';
+    return [boxes ? wrong : '', not].filter(Boolean).join(' ');
 }
 
 /**

@@ -54,11 +54,8 @@ export async function isOfAnother(editor) {
 export async function correct(editor, box) {
     const { clip, track, frame } = editor;
     if (!clip || !track) return;
-    const before = clip.undoText;
     const asAnother = async () => {
-        // What was tracked from it since is a step of its own.
-        if (clip.job) await clip.stop();
-        for (let step = 0; step < 2 && clip.undoText !== before; step += 1) await clip.undo();
+        await clip.undo();
         if (editor.frame !== frame) editor.goTo(frame);
         await addTarget(editor, box);
     };
@@ -88,15 +85,16 @@ export async function addTarget(editor, box) {
     edits.push({ edit: 'add_target', label, frame, box: tidy(box) });
     const before = new Set(clip.tracks.map(({ target }) => target.id));
     editor.pendingBox = { target: null, frame, box };
-    const made = await clip.edit(edits);
-    editor.pendingBox = null;
-    if (!made || clip !== editor.clip) return;
-    const added = clip.tracks.find(({ target }) => !before.has(target.id));
-    if (!added) return;
-    editor.select(added.target.id);
-    const { afterDrawing } = editor;
-    if (afterDrawing !== 'none' && afterDrawing !== 'interpolate')
-        await startTracking(editor, afterDrawing, frame);
+    await clip.editAndTrack(edits, async (since) => {
+        editor.pendingBox = null;
+        if (clip !== editor.clip) return;
+        const added = clip.tracks.find(({ target }) => !before.has(target.id));
+        if (!added) return;
+        editor.select(added.target.id);
+        const { afterDrawing } = editor;
+        if (afterDrawing !== 'none' && afterDrawing !== 'interpolate')
+            await startTracking(editor, afterDrawing, frame, since);
+    });
 }
 
 /**
@@ -114,15 +112,16 @@ export async function setKey(editor, box, frame = editor.frame, made = () => {})
     const target = track.target.id;
     editor.pendingBox = { target, frame, box };
     const edit = { edit: 'set_key', target, frame, box: tidy(box), occluded, truncated };
-    const isMade = await clip.edit([edit]);
-    editor.pendingBox = null;
-    editor.changed();
-    const now = clip.track(target);
-    if (!isMade || !now) return;
-    made();
-    const wasTracked = Object.keys(now.target.tracked).length > 0 || now.keys.length > 1;
-    if (editor.afterDrawing === 'interpolate') await interpolateIn(editor, now, frame, frame);
-    else if (wasTracked || editor.afterDrawing !== 'none') await trackAround(editor, now, frame);
+    await clip.editAndTrack([edit], async (since) => {
+        editor.pendingBox = null;
+        editor.changed();
+        const now = clip.track(target);
+        if (!now) return;
+        made();
+        const wasTracked = Object.keys(now.target.tracked).length > 0 || now.keys.length > 1;
+        if (editor.afterDrawing === 'interpolate') await interpolateIn(editor, now, frame, frame);
+        else if (wasTracked || editor.afterDrawing !== 'none') await trackAround(clip, now, frame, since);
+    });
 }
 
 /**
@@ -163,19 +162,21 @@ export async function toggleKey(editor) {
     if (track.keys.length === 1) {
         return tell('This is the only key frame. Delete the target instead (Delete).');
     }
-    const made = await clip.edit([{ edit: 'remove_key', target: track.target.id, frame }]);
-    const now = clip.track(track.target.id);
-    if (made && now) await trackAround(editor, now, frame);
+    await clip.editAndTrack([{ edit: 'remove_key', target: track.target.id, frame }], async (since) => {
+        const now = clip.track(track.target.id);
+        if (now) await trackAround(clip, now, frame, since);
+    });
 }
 
 /**
- * @param {Editor} editor
+ * @param {import('./clip.mjs').Clip} clip
  * @param {import('./tracks.mjs').Track} track
  * @param {number} frame
+ * @param {number} since the revision of the change that it follows
  */
-async function trackAround(editor, track, frame) {
+async function trackAround(clip, track, frame, since) {
     const request = track.requestAround(frame);
-    if (request) await editor.clip?.startTracking(request);
+    if (request) await clip.startTracking({ ...request, since });
 }
 
 /**
@@ -284,8 +285,9 @@ export async function setLabelAt(editor, at) {
  * @param {Editor} editor
  * @param {Direction} direction
  * @param {number} [from]
+ * @param {number} [since] the revision of the change that it follows
  */
-export async function startTracking(editor, direction, from = editor.frame) {
+export async function startTracking(editor, direction, from = editor.frame, since) {
     const track = editor.needTarget();
     const { clip } = editor;
     if (!track || !clip) return;
@@ -293,12 +295,14 @@ export async function startTracking(editor, direction, from = editor.frame) {
     const seen = track.at(from);
     if (!seen.box) return tell('There is no box in this frame to track from.');
     if (seen.kind === 'lost') return tell('The target is lost here. Draw its box first.');
+    const begin = async (/** @type {number | undefined} */ revision) => {
+        editor.following = true;
+        editor.stride = direction === 'backward' ? -1 : 1;
+        await clip.startTracking({ target, from, direction, since: revision });
+    };
+    if (seen.kind === 'key') return begin(since);
     // Tracking starts at what a person has drawn or confirmed.
-    if (seen.kind !== 'key' && !(await clip.edit([{ edit: 'set_key', target, frame: from, box: seen.box }])))
-        return;
-    editor.following = true;
-    editor.stride = direction === 'backward' ? -1 : 1;
-    await clip.startTracking({ target, from, direction });
+    await clip.editAndTrack([{ edit: 'set_key', target, frame: from, box: seen.box }], begin);
 }
 
 /**

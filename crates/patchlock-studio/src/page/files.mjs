@@ -2,6 +2,7 @@
 
 import * as api from './requests.mjs';
 import { ask, byId, counted, element, openDialog, save } from './dom.mjs';
+import { whatIsLeft } from './left.mjs';
 import { complain, tell } from './notices.mjs';
 
 /** @typedef {import('./editor.mjs').Editor} Editor */
@@ -43,9 +44,7 @@ export async function openExport(editor) {
         const get = () => download(`/targets/${id}/clip`, `${base}.${id}.mp4`);
         videos.push(row(`Clip of ${label} ${id}`, 'MP4 cut around the selected target', get));
     }
-    const left = clip.doubts.length;
     const all = allClips(editor, exports, options, () => dialog);
-    const note = left ? `Left in this clip: ${counted(left, 'doubtful place')}.` : '';
     const one = [
         element('ul', { class: 'choices' }, ...formats),
         element('h3', { text: 'Video' }),
@@ -55,7 +54,7 @@ export async function openExport(editor) {
     const isOne = editor.clips.length < 2;
     const content = isOne ? one : [...many, element('h3', { text: clip.info.name }), ...one];
     content.unshift(options.part);
-    if (note) content.unshift(element('p', { class: 'hint', text: note }));
+    content.unshift(...whatIsLeft(editor).map((text) => element('p', { class: 'hint left', text })));
     const dialog = openDialog('Export', content);
 }
 

@@ -29,7 +29,8 @@ const camera = new Camera((clip) => void openRecording(clip));
 const commands = new Commands(
     allCommands(editor, stage, {
         openLabels: () => openLabels(editor),
-        openExport: () => openExport(editor),
+        // What is left in other clips may have changed.
+        openExport: () => void editor.readClips().then(() => openExport(editor)),
         openImport: () => openImport(editor),
         toggleClips: () => clipList.toggle(),
         toggleCamera,
@@ -134,11 +135,11 @@ function renderJob() {
     const job = editor.clip?.job;
     byId('job').hidden = !job;
     if (!job) return;
-    const track = editor.clip?.track(job.target);
-    const name = track ? `${track.target.label} ${job.target}` : `target ${job.target}`;
+    const name = editor.clip?.name(job.target);
     const speed = job.fps > 0 ? ` · ${Math.round(job.fps)} frames/s` : '';
     const left = job.left === null ? '' : ` · ${job.left < 1 ? 'under 1' : Math.ceil(job.left)} s left`;
-    write('job-text', `Tracking ${name}${speed}${left}`);
+    const waiting = editor.clip?.waiting.map((id) => editor.clip?.name(id)).join(', ');
+    write('job-text', `Tracking ${name}${speed}${left}${waiting ? ` · then ${waiting}` : ''}`);
 }
 
 function renderHints() {
@@ -159,6 +160,13 @@ function hint() {
     if (editor.draft && editor.drawing) {
         return 'Drag a box; or arrows move, Shift+arrows resize, Enter accepts, Esc cancels.';
     }
+    const others = (clip?.doubts.length ?? 1) - 1;
+    const soFar = clip?.isBusy ? ' so far' : '';
+    const more = others ? ` ${others} more to look at${soFar}.` : ` This is the last place${soFar}.`;
+    if (editor.stretch && doubt?.untracked) {
+        const { from, to } = editor.stretch;
+        return `Not tracked yet: frames ${from} to ${to}. B tracks them, H if it is not visible there.${more}`;
+    }
     if (editor.stretch) {
         const { from, to } = editor.stretch;
         return `Frames ${from} to ${to}: H not visible, B track again, Del delete the boxes. Esc cancels.`;
@@ -172,10 +180,10 @@ function hint() {
     if (doubt?.frame === frame) {
         const reason = doubt.reason.charAt(0).toUpperCase() + doubt.reason.slice(1);
         const isLost = editor.track?.at(frame).kind === 'lost';
-        const other = isLost ? 'Shift+H if it is not visible while lost' : 'Enter if it is right';
-        const others = (clip?.doubts.length ?? 1) - 1;
-        const left = others ? ` ${others} more to look at.` : ' This is the last place.';
-        return `${reason}. Correct the box; ${other}.${left}`;
+        const other = isLost
+            ? 'Shift+H if it is not visible while lost'
+            : `Enter if it is right${editor.track?.isDoubtful(frame) ? ', Shift+H if it is not visible' : ''}`;
+        return `${reason}. Correct the box; ${other}.${more}`;
     }
     return clip?.loaded && clip.tracks.length === 0 ? 'Drag a box around what is to be followed.' : '';
 }
@@ -197,6 +205,12 @@ byId('speed').addEventListener('change', (event) => {
     playing.setSpeed(editor, Number(/** @type {HTMLSelectElement} */ (event.target).value));
     byId('stage').focus();
 });
+// Messages lie over the picture, and not over the timeline.
+new ResizeObserver(() => {
+    const { bottom, height } = byId('stage-part').getBoundingClientRect();
+    const below = height > 0 ? Math.max(0, window.innerHeight - bottom) : 0;
+    document.documentElement.style.setProperty('--below-stage', `${below + 16}px`);
+}).observe(byId('stage-part'));
 acceptDrops(editor);
 window.addEventListener('pagehide', () => places.write(editor, stage));
 window.addEventListener('beforeunload', (event) => {

@@ -40,6 +40,7 @@ pub const FILES: &[PageFile] = &[
     file!("edits.mjs", SCRIPT),
     file!("files.mjs", SCRIPT),
     file!("frames.mjs", SCRIPT),
+    file!("left.mjs", SCRIPT),
     file!("main.mjs", SCRIPT),
     file!("notices.mjs", SCRIPT),
     file!("panel.mjs", SCRIPT),

@@ -34,9 +34,10 @@ export function tell(text, action) {
  * Says what went wrong. It stays until it is closed, or {@link settle} is called with its topic; a newer one
  * of the same topic replaces it.
  * @param {unknown} error
- * @param {{doing?: string, topic?: string, action?: Action}} [options] what was being done
+ * @param {{doing?: string, topic?: string, action?: Action, closed?: () => void, group?: string}} [options] what was
+ *     being done; what it calls if it is closed without the action; what it goes with, see {@link settleGroup}
  */
-export function complain(error, { doing, topic, action } = {}) {
+export function complain(error, { doing, topic, action, closed, group } = {}) {
     if (error instanceof DOMException && error.name === 'AbortError') return;
     const said = error instanceof Error ? error.message : String(error);
     const hint = error instanceof Failure ? error.hint : '';
@@ -44,7 +45,11 @@ export function complain(error, { doing, topic, action } = {}) {
     const text = doing ? `${doing}: ${said}` : said;
     const name = topic ?? text;
     standing.get(name)?.remove();
-    const notice = make('notice error', text, hint, action, () => standing.delete(name));
+    const notice = make('notice error', text, hint, action, (isClosed) => {
+        standing.delete(name);
+        if (isClosed) closed?.();
+    });
+    if (group) notice.dataset.group = group;
     standing.set(name, notice);
     byId('errors').append(notice);
 }
@@ -59,30 +64,38 @@ export function settle(topic) {
 }
 
 /**
+ * Takes back the errors of a group, such as those of a clip that is left.
+ * @param {string} group
+ */
+export function settleGroup(group) {
+    for (const [topic, notice] of standing) if (notice.dataset.group === group) settle(topic);
+}
+
+/**
  * @param {string} kind
  * @param {string} text
  * @param {string} hint
  * @param {Action} [action]
- * @param {() => void} [closed]
+ * @param {(isClosed: boolean) => void} [gone] given whether it was closed without the action
  */
-function make(kind, text, hint, action, closed) {
+function make(kind, text, hint, action, gone) {
     const words = element('div', { class: 'notice-words' }, element('p', { text }));
     if (hint) words.append(element('p', { class: 'hint', text: hint }));
     const notice = element('div', { class: kind }, words);
-    const remove = () => {
+    const remove = (/** @type {boolean} */ isClosed) => {
         notice.remove();
-        closed?.();
+        gone?.(isClosed);
     };
     if (action) {
         const click = () => {
-            remove();
+            remove(false);
             action.run();
         };
         notice.append(
             element('button', { text: action.text, attributes: { type: 'button' }, on: { click } }),
         );
     }
-    notice.append(iconButton('close', 'Close this message', remove));
+    notice.append(iconButton('close', 'Close this message', () => remove(true)));
     return notice;
 }
 

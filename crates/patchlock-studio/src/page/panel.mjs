@@ -62,10 +62,10 @@ export class Panel {
         ]);
         const at = editor.frame;
         const states = (clip?.tracks ?? []).map((each) => inWords(each.at(at)));
-        this.#update('targets', [clip?.info.id, targets, editor.selected, labels], () =>
-            this.#renderTargets(),
-        );
-        this.#update('states', [states, targets], () => this.#renderStates(states));
+        const list = [clip?.info.id, targets, editor.selected, labels];
+        this.#update('targets', list, () => this.#renderTargets());
+        // New rows have no state yet.
+        this.#update('states', [states, list], () => this.#renderStates(states));
         this.#update('labels', [labels, track?.target.label ?? editor.label, track === null], () =>
             this.#renderLabels(),
         );
@@ -74,7 +74,15 @@ export class Panel {
         const doubts = clip?.doubts.slice(0, DOUBTS_SHOWN) ?? [];
         this.#update(
             'doubts',
-            [clip?.info.id, doubts, clip?.doubts.length, editor.doubt, targets.length, clip?.left],
+            [
+                clip?.info.id,
+                doubts,
+                clip?.doubts.length,
+                editor.doubt,
+                targets.length,
+                clip?.left,
+                clip?.isBusy,
+            ],
             () => this.#renderDoubts(doubts),
         );
         this.#update(
@@ -167,8 +175,11 @@ export class Panel {
             }
             byId('key-button').textContent = seen.kind === 'key' ? 'Remove key frame' : 'Make key frame';
             byId('key-button').toggleAttribute('disabled', !seen.box);
-            byId('visible-button').hidden = !stretch && seen.kind !== 'lost';
-            byId('visible-button').textContent = stretch ? 'Visible after all' : 'Not visible while lost';
+            byId('visible-button').hidden = !stretch && !track.isDoubtful(editor.frame);
+            const while_ = seen.kind === 'lost' ? 'lost' : 'doubtful';
+            byId('visible-button').textContent = stretch
+                ? 'Visible after all'
+                : `Not visible while ${while_}`;
             byId('hidden-button').hidden = Boolean(stretch);
         }
         byId('stretch').hidden = editor.stretch === null;
@@ -218,7 +229,7 @@ export class Panel {
         byId('doubts-count').textContent = all ? String(all) : '';
         byId('doubts-empty').hidden = doubts.length > 0;
         byId('doubts-empty').textContent = whatIsLeft(clip);
-        byId('doubts-left-text').textContent = clip?.left.boxes ? `${inNumbers(clip.left)}.` : '';
+        byId('doubts-left-text').textContent = clip ? inNumbers(clip.left) : '';
         byId('doubts').replaceChildren(...doubts.map((doubt) => this.#doubt(doubt)));
         byId('doubts').querySelector('[aria-current]')?.scrollIntoView({ block: 'nearest' });
     }
@@ -229,8 +240,9 @@ export class Panel {
         const track = editor.clip?.track(doubt.target);
         const picture = element('span', { class: 'doubt-picture' });
         const box = track?.at(doubt.frame).box;
-        if (editor.clip && box) {
-            const cut = { box, frameWidth: editor.clip.info.width };
+        if (editor.clip) {
+            // Of a frame without a box all is shown.
+            const cut = box ? { box, frameWidth: editor.clip.info.width } : undefined;
             thumbnails.show(picture, { path: editor.clip.path, frame: doubt.frame, size: THUMBNAIL, cut });
         }
         const current = editor.doubt?.target === doubt.target && editor.doubt.frame === doubt.frame;
@@ -290,12 +302,8 @@ export class Panel {
 function whatIsLeft(clip) {
     if (!clip?.tracks.length)
         return 'Where the tracker is not sure, the places are shown here, the most useful first.';
-    const untracked = clip.tracks.find(
-        (track) => track.known.length === track.keys.length && percent(track.coverage()) === 0,
-    );
-    if (!untracked) return 'No place is left that is worth a look. Play the clip once, then export it.';
-    const { label, id } = untracked.target;
-    return `${label} ${id} is not tracked yet: select it, go to its box, press T.`;
+    if (clip.isBusy) return 'Tracking: places that are worth a look are shown when it has ended.';
+    return 'No place is left that is worth a look. Play the clip once, then export it.';
 }
 
 /** @param {number} share */

@@ -37,7 +37,8 @@ export async function hide(editor, from, to) {
 }
 
 /**
- * In a hidden stretch: takes that back. While the target is lost: hides that whole stretch.
+ * In a hidden stretch: takes that back. Where the target is lost or doubtful, or nothing is known: hides that
+ * whole stretch.
  * @param {Editor} editor
  */
 export async function toggleStretch(editor) {
@@ -45,9 +46,9 @@ export async function toggleStretch(editor) {
     if (!track) return;
     const stretch = track.hiddenAt(editor.frame);
     if (!stretch) {
-        const [from, to] = track.lostAround(editor.frame) ?? [];
+        const [from, to] = track.doubtfulAround(editor.frame) ?? [];
         if (from === undefined || to === undefined)
-            return tell('The target is neither hidden nor lost here.');
+            return tell('The target is neither hidden, lost nor doubtful here.');
         return hide(editor, from, to);
     }
     const [from, to] = stretch;

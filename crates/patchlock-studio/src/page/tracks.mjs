@@ -121,15 +121,37 @@ export class Track {
     }
 
     /**
-     * First and last of the frames around this one in which the target is lost.
+     * Whether the target is lost in a frame, or its box is more probably wrong than right.
      * @param {number} frame
      */
-    lostAround(frame) {
-        if (this.at(frame).kind !== 'lost') return null;
+    isDoubtful(frame) {
+        const { kind, score, agreement } = this.at(frame);
+        return kind === 'lost' || Math.min(score ?? 1, agreement ?? 1) < DOUBTFUL;
+    }
+
+    /**
+     * First and last of the frames around this one in which the target is lost or doubtful, or of which nothing
+     * is known. Null where it has a good box, or is not visible.
+     * @param {number} frame
+     */
+    doubtfulAround(frame) {
+        if (this.at(frame).kind === 'none') return this.#unknownAround(frame);
+        if (!this.isDoubtful(frame)) return null;
         let [first, last] = [frame, frame];
-        while (this.at(first - 1).kind === 'lost') first -= 1;
-        while (this.at(last + 1).kind === 'lost') last += 1;
+        while (this.isDoubtful(first - 1)) first -= 1;
+        while (this.isDoubtful(last + 1)) last += 1;
         return [first, last];
+    }
+
+    /** @param {number} frame */
+    #unknownAround(frame) {
+        const place = this.#place(frame);
+        let [before, after] = [this.known[place - 1] ?? -1, this.known[place] ?? this.frames];
+        for (const [from, to] of this.target.hidden) {
+            if (to < frame) before = Math.max(before, to);
+            if (from > frame) after = Math.min(after, from);
+        }
+        return [before + 1, after - 1];
     }
 
     /**
@@ -273,6 +295,8 @@ function inOrder(byFrame) {
         .sort((a, b) => a - b);
 }
 
+/** A box with a lower score is more probably wrong than right. */
+const DOUBTFUL = 0.5;
 /** The score of a box that no tracker has seen. */
 const UNKNOWN = 0.5;
 

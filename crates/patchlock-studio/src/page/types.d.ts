@@ -67,6 +67,10 @@ export interface ClipInfo {
     rate?: number | null;
     targets: number;
     keys: number;
+    /** The number of frames of targets of which nothing is known. */
+    unknown: number;
+    /** The number of targets with such frames. */
+    unknown_targets: number;
     done: boolean;
     error?: string | null;
     opening?: boolean;
@@ -76,7 +80,7 @@ export interface ClipState {
     revision: number;
     project: Project;
     colours: Record<string, string>;
-    job: { target: number } | null;
+    job: { target: number; state: string; waiting: number[] } | null;
     windows: number;
     file?: string;
     undo: string | null;
@@ -87,13 +91,18 @@ export interface ClipState {
 export interface Doubt {
     target: number;
     frame: number;
+    /** First and last frame of the stretch that the reason is about. */
+    stretch: [number, number];
     gain: number;
     reason: string;
+    /** Whether nothing is known of the stretch. */
+    untracked: boolean;
 }
 export interface Left {
     boxes: number;
     expected: number;
     probable: number;
+    unknown: number;
 }
 export interface ImportFormat {
     name: string;
@@ -132,14 +141,17 @@ export type Event =
     | { type: 'labels' }
     | { type: 'tracked'; target: number; boxes: LiveBox[]; fps: number; left: number | null }
     | { type: 'job'; state: 'running' | 'done' | 'stopped' | 'failed'; target: number; error?: string }
+    | { type: 'queue'; waiting: number[] }
+    | { type: 'history'; undo: string | null; redo: string | null }
     | { type: 'windows'; count: number };
 export interface Edit {
     edit: string;
     [field: string]: unknown;
 }
-export type TrackRequest =
-    | { target: number; around: number; until?: number }
-    | { target: number; from: number; direction: Direction; until?: number };
+/** What to track; `since` is the revision of the change that it follows, and is undone with. */
+export type TrackRequest = { target: number; until?: number; since?: number } & (
+    { around: number } | { from: number; direction: Direction }
+);
 export type Direction = 'forward' | 'backward' | 'both';
 /** What is known of a target in a frame. */
 export interface Seen {

@@ -291,7 +291,8 @@ fn status_of(letter: char) -> Result<Status, String> {
 }
 
 /// Writes a file whole or not at all, also if the process is killed or the power fails.
-pub fn replace(path: &std::path::Path, text: &[u8]) -> io::Result<()> {
+/// Returns the new file.
+pub fn replace(path: &std::path::Path, text: &[u8]) -> io::Result<std::fs::File> {
     let folder = super::store::folder_of(path);
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let mut builder = tempfile::Builder::new();
@@ -308,11 +309,11 @@ pub fn replace(path: &std::path::Path, text: &[u8]) -> io::Result<()> {
     let mut file = builder.tempfile_in(folder)?;
     file.write_all(text)?;
     file.as_file().sync_all()?;
-    file.persist(path).map_err(|error| error.error)?;
+    let file = file.persist(path).map_err(|error| error.error)?;
     // The new name is on the disk only after this. Folders can't be opened everywhere.
     #[cfg(unix)]
     std::fs::File::open(folder)?.sync_all()?;
-    Ok(())
+    Ok(file)
 }
 
 /// The end of the names of files that are being written.

@@ -12,6 +12,7 @@ pub(crate) mod file;
 mod frames;
 mod history;
 mod lock;
+mod log;
 mod shared;
 mod store;
 pub(crate) mod stretches;

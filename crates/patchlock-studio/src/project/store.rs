@@ -11,6 +11,7 @@ use sha2::{Digest as _, Sha256};
 use super::file::{self, Fault};
 use super::history::History;
 use super::lock::Lock;
+use super::log::Log;
 use super::{Change, Edit, Error, Label, PLACEHOLDER, Project, Video, check};
 
 /// A project with its file and its history.
@@ -27,6 +28,8 @@ pub struct Store {
     video_given: bool,
     project: Project,
     history: History,
+    /// The file of the history, if it is kept.
+    log: Option<Log>,
     revision: u64,
     /// The revision in the file; `None` if there is no file yet.
     saved: Option<u64>,
@@ -189,6 +192,7 @@ impl Store {
             video_given: true,
             project,
             history: History::default(),
+            log: None,
             revision: 0,
             saved: None,
             relabelled: false,
@@ -228,6 +232,7 @@ impl Store {
             video_given,
             project,
             history,
+            log: None,
             revision,
             saved,
             relabelled: false,
@@ -289,30 +294,57 @@ impl Store {
         self.revision
     }
 
-    /// Applies edits, all or none, as one step of the history. Returns the new revision.
+    /// Keeps the history in a file beside that of the project from now on, and takes up the one that
+    /// an earlier run has kept there, if the project is as that run has left it.
+    ///
+    /// # Errors
+    /// [`Error::Read`] if there is a project file that cannot be read again.
+    pub fn keep_history(&mut self) -> Result<(), Error> {
+        let text = self.saved.map(|_| files::read(&self.path)).transpose();
+        let text = text.map_err(|error| Error::read(&self.path, error))?;
+        let (log, history) = Log::open(&self.path, text.as_deref());
+        (self.log, self.history) = (Some(log), history);
+        Ok(())
+    }
+
+    /// Applies edits, all or none, as one step of the history. Returns the new revision, which is
+    /// also the id of the step.
     ///
     /// # Errors
     /// [`Error::Edit`]; the project is unchanged.
     pub fn apply(&mut self, edits: Vec<Edit>) -> Result<u64, Error> {
-        self.apply_step(edits, false)
-    }
-
-    /// Applies edits that are undone together with those that led to the revision `since`, if that
-    /// is still the present one; otherwise as [`Store::apply`]. Work that takes long is written
-    /// piece by piece and undone as one.
-    ///
-    /// # Errors
-    /// [`Error::Edit`]; the project is unchanged.
-    pub fn apply_more(&mut self, since: u64, edits: Vec<Edit>) -> Result<u64, Error> {
-        self.apply_step(edits, since == self.revision)
-    }
-
-    fn apply_step(&mut self, edits: Vec<Edit>, join: bool) -> Result<u64, Error> {
         if !edits.is_empty() {
-            self.history.apply(&mut self.project, edits, join)?;
+            self.history.apply(&mut self.project, edits, self.revision + 1)?;
             self.revision += 1;
         }
         Ok(self.revision)
+    }
+
+    /// Begins tracking of a target, which is written piece by piece and undone as one: with the step
+    /// `since`, if no later step has to do with frames of the target, or else as a step of its own.
+    /// Returns the id of the step.
+    pub fn begin_tracking(&mut self, target: u64, since: Option<u64>) -> u64 {
+        let step = self.history.begin(target, since, self.revision + 1);
+        self.revision = self.revision.max(step);
+        step
+    }
+
+    /// Adds tracked boxes of a target to the step that [`Store::begin_tracking`] has returned, or to
+    /// a new one if that is no longer possible. Returns the id of the step.
+    ///
+    /// # Errors
+    /// [`Error::Edit`]; the project is unchanged.
+    pub fn track(&mut self, target: u64, step: u64, edits: Vec<Edit>) -> Result<u64, Error> {
+        let step = self.begin_tracking(target, Some(step));
+        if self.history.add(&mut self.project, step, target, edits)? {
+            self.revision += 1;
+        }
+        Ok(step)
+    }
+
+    /// Ends tracking: if it has found nothing, there is nothing to undo.
+    pub fn end_tracking(&mut self, step: u64) {
+        self.history.end(step);
     }
 
     /// Takes back the last step. Returns the new revision; `None` if there is no such step.
@@ -361,6 +393,23 @@ impl Store {
         changed
     }
 
+    /// The id of the step that the next [`Store::undo`] takes back, or with `redo` that of the next
+    /// [`Store::redo`].
+    pub fn step(&self, redo: bool) -> Option<u64> {
+        self.history.id(redo)
+    }
+
+    /// Whether a step has been undone, and not done again.
+    pub fn is_undone(&self, step: u64) -> bool {
+        self.history.is_undone(step)
+    }
+
+    /// The targets whose frames the next [`Store::undo`] changes, or with `redo` the next
+    /// [`Store::redo`].
+    pub fn targets_of_step(&self, redo: bool) -> Vec<u64> {
+        self.history.targets_of_step(redo)
+    }
+
     /// The labels that the next [`Store::undo`] needs, or with `redo` the next [`Store::redo`].
     pub fn labels_of_step(&self, redo: bool) -> Vec<String> {
         self.history.labels_of_step(redo)
@@ -368,12 +417,12 @@ impl Store {
 
     /// What the next [`Store::undo`] takes back, in a few words.
     pub fn undo_text(&self) -> Option<&str> {
-        self.history.undo_text()
+        self.history.text(false)
     }
 
     /// What the next [`Store::redo`] does again, in a few words.
     pub fn redo_text(&self) -> Option<&str> {
-        self.history.redo_text()
+        self.history.text(true)
     }
 
     /// Whether the file has all changes.
@@ -403,6 +452,9 @@ impl Store {
         };
         let text = file::write(&self.project, self.revision);
         let text = text.map_err(|error| cannot(io::Error::other(error)))?;
+        if let Some(log) = &mut self.log {
+            log.write(&mut self.history, &text);
+        }
         file::replace(&self.path, &text).map_err(cannot)?;
         drop(lock);
         self.text = if self.lock.is_none() { text } else { Vec::new() };
@@ -448,7 +500,7 @@ impl Store {
             self.project.video = old;
             return Err(Error::Edit(format!("the boxes do not fit the changed video: {reason}")));
         }
-        self.history = History::default();
+        self.history.clear();
         self.notes = notes;
         self.revision += 1;
         Ok(self.revision)

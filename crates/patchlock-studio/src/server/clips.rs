@@ -15,16 +15,16 @@ use serde_json::{Map, Value, json};
 use tokio::sync::{MutexGuard, broadcast};
 
 use super::advice;
-use super::answer::{BodyReader, PathParam, QueryParams, Refusal, aside};
+use super::answer::{BodyReader, PathParam, Refusal, aside};
 use super::app::{App, Settings};
 use super::frames::{Cache, Reader};
-use super::jobs::Jobs;
+use super::jobs::{Jobs, Stopped};
 use super::options::ProjectLocation;
 use crate::engine::Engine;
 use crate::engine::plan::Wish;
 use crate::import::Imported;
 use crate::project::{self, Edit, Error, Label, Shared, Store};
-use crate::tracking::doubt::{Left, doubts, left};
+use crate::tracking::doubt::unknown;
 
 /// Largest list of edits, in bytes of JSON.
 const EDIT_BYTES: u64 = 64 << 20;
@@ -243,18 +243,35 @@ impl Clips {
     }
 
     /// Takes back the last step of a clip, or does it again. A label that it needs may have been
-    /// removed since.
-    fn step(&self, clip: &OpenClip, redo: bool) -> Result<u64, Refusal> {
-        // What a job has found so far is the last step.
-        clip.jobs.stop_all();
+    /// removed since. Returns the revision, and the step in words if there is one.
+    fn step(&self, clip: &OpenClip, redo: bool) -> Result<(u64, Option<String>), Refusal> {
+        let text = |store: &Store| {
+            let text = if redo { store.redo_text() } else { store.undo_text() };
+            text.map(ToOwned::to_owned)
+        };
+        let (meant, targets, asked) = {
+            let store = &clip.hold().store;
+            (store.step(redo), store.targets_of_step(redo), text(store))
+        };
+        let Some(meant) = meant else { return Ok((clip.hold().store.revision(), None)) };
+        // A correction and the tracking that follows from it are one step.
+        Jobs::stop_step(clip, meant);
+        Jobs::stop_for(clip, &targets);
         let needed = clip.hold().store.labels_of_step(redo);
         self.need(&needed)?;
         let mut held = clip.hold();
-        let stepped = if redo { held.store.redo()? } else { held.store.undo()? };
-        match stepped {
-            Some(_) => clip.announce_and_save(&mut held),
-            None => Ok(held.store.revision()),
+        if held.store.step(redo) != Some(meant) {
+            // Tracking that had found nothing is no step any more.
+            return Ok((clip.announce_and_save(&mut held)?, asked));
         }
+        // It may have found more since then.
+        let done = text(&held.store);
+        if redo {
+            held.store.redo()?
+        } else {
+            held.store.undo()?
+        };
+        Ok((clip.announce_and_save(&mut held)?, done))
     }
 
     /// Stops all jobs and waits until their results are written. Then writes what could not be
@@ -263,7 +280,7 @@ impl Clips {
         let (mut saved, mut failed) = (Vec::new(), Vec::new());
         for clip in self.all() {
             let Some(Ok(opened)) = clip.opened.get() else { continue };
-            opened.jobs.close();
+            Jobs::close(opened);
             let mut held = opened.hold();
             let store = &mut held.store;
             if !store.has_unsaved_changes() {
@@ -287,6 +304,7 @@ impl Clip {
     fn open_now(&self) -> Result<OpenClip, project::Error> {
         let limits = self.settings.limits;
         let mut store = Store::open_within(&self.project, Some(&self.video), limits)?;
+        store.keep_history()?;
         self.labels.adopt(&mut store)?;
         let source = patchlock_media::open_within(&self.video, false, limits)?;
         let video = &store.project().video;
@@ -337,6 +355,10 @@ impl Clip {
         let held = opened.hold();
         let project = held.store.project();
         let targets = &project.targets;
+        let of_target = |target| unknown(target, opened.frames);
+        let lengths =
+            |stretches: Vec<[usize; 2]>| stretches.iter().map(|[a, b]| b - a + 1).sum::<usize>();
+        let unknown: Vec<usize> = targets.iter().map(of_target).map(lengths).collect();
         json!({
             "id": id,
             "name": name,
@@ -346,6 +368,8 @@ impl Clip {
             "rate": opened.per_second(),
             "targets": targets.len(),
             "keys": targets.iter().map(|target| target.keys.len()).sum::<usize>(),
+            "unknown": unknown.iter().sum::<usize>(),
+            "unknown_targets": unknown.iter().filter(|frames| **frames > 0).count(),
             "done": project.done,
             "changed": opened.changed,
         })
@@ -379,6 +403,12 @@ impl OpenClip {
         held.told = held.store.revision();
         self.tell(&json!({ "type": "project", "revision": held.told }));
         held.told
+    }
+
+    /// Tells all windows what can be undone and redone.
+    pub fn tell_history(&self, held: &ProjectState) {
+        let (undo, redo) = (held.store.undo_text(), held.store.redo_text());
+        self.tell(&json!({ "type": "history", "undo": undo, "redo": redo }));
     }
 
     /// A window was opened or closed.
@@ -439,9 +469,8 @@ impl OpenClip {
 
     /// Applies edits to the revision that the sender knew, and writes the project.
     fn edit(&self, revision: u64, edits: Vec<Edit>) -> Result<u64, Refusal> {
-        for target in edits.iter().flat_map(reshaped) {
-            self.jobs.stop_for(target);
-        }
+        let shaped: Vec<u64> = edits.iter().flat_map(Edit::shapes).collect();
+        Jobs::stop_for(self, &shaped);
         let mut held = self.hold();
         let now = held.store.revision();
         if !(held.told..=now).contains(&revision) {
@@ -456,22 +485,6 @@ impl OpenClip {
         let revision = self.announce(held);
         held.store.save()?;
         Ok(revision)
-    }
-}
-
-/// The targets whose frames an edit changes, so that a job on them works on what no longer is.
-fn reshaped(edit: &Edit) -> Vec<u64> {
-    match edit {
-        Edit::SetKey { target, .. }
-        | Edit::RemoveKey { target, .. }
-        | Edit::SetTracked { target, .. }
-        | Edit::Hide { target, .. }
-        | Edit::Show { target, .. }
-        | Edit::DeleteTarget { target }
-        | Edit::Split { target, .. }
-        | Edit::SetFrames { target, .. } => vec![*target],
-        Edit::Join { first, second } => vec![*first, *second],
-        _ => Vec::new(),
     }
 }
 
@@ -523,8 +536,8 @@ pub async fn undo(
     PathParam(clip): PathParam<usize>,
 ) -> Result<Json<Value>, Refusal> {
     let clip = app.clips.open(clip).await?;
-    let revision = aside(move || app.clips.step(&clip, false)).await?;
-    Ok(Json(json!({ "revision": revision })))
+    let (revision, text) = aside(move || app.clips.step(&clip, false)).await?;
+    Ok(Json(json!({ "revision": revision, "text": text })))
 }
 
 /// `POST /api/clips/ID/redo`
@@ -533,8 +546,8 @@ pub async fn redo(
     PathParam(clip): PathParam<usize>,
 ) -> Result<Json<Value>, Refusal> {
     let clip = app.clips.open(clip).await?;
-    let revision = aside(move || app.clips.step(&clip, true)).await?;
-    Ok(Json(json!({ "revision": revision })))
+    let (revision, text) = aside(move || app.clips.step(&clip, true)).await?;
+    Ok(Json(json!({ "revision": revision, "text": text })))
 }
 
 /// `POST /api/clips/ID/track`
@@ -544,8 +557,13 @@ pub async fn track(
     body: Body,
 ) -> Result<Json<Value>, Refusal> {
     let clip = app.clips.open(clip).await?;
-    let wish: Wish = BodyReader::new(body, EDIT_BYTES, app.patience.body)?.json().await?;
-    let job = aside(move || Jobs::start(&clip, wish)).await?;
+    let mut wish: Map<String, Value> =
+        BodyReader::new(body, EDIT_BYTES, app.patience.body)?.json().await?;
+    let since = wish.remove("since").unwrap_or_default();
+    let wish = serde_json::from_value::<Wish>(wish.into());
+    let wish = wish.and_then(|wish| Ok((wish, serde_json::from_value::<Option<u64>>(since)?)));
+    let (wish, since) = wish.map_err(|error| Refusal::bad(error.to_string()))?;
+    let job = aside(move || Jobs::start(&clip, wish, since)).await?;
     Ok(Json(json!({ "job": job })))
 }
 
@@ -555,51 +573,8 @@ pub async fn stop(
     PathParam(clip): PathParam<usize>,
 ) -> Result<Json<Value>, Refusal> {
     let clip = app.clips.open(clip).await?;
-    let stopped = aside(move || Ok(clip.jobs.stop_all())).await?;
-    Ok(Json(json!({ "stopped": stopped })))
-}
-
-/// Of which target.
-#[derive(Deserialize)]
-pub struct TargetQuery {
-    target: Option<u64>,
-}
-
-/// `GET /api/clips/ID/doubts?target=T`
-pub async fn doubtful(
-    State(app): State<Arc<App>>,
-    PathParam(clip): PathParam<usize>,
-    QueryParams(TargetQuery { target }): QueryParams<TargetQuery>,
-) -> Result<Json<Value>, Refusal> {
-    let clip = app.clips.open(clip).await?;
-    let found = aside(move || {
-        let held = clip.hold();
-        let project = held.store.project();
-        if let Some(id) = target.filter(|&id| project.target(id).is_none()) {
-            return Err(no_target(id));
-        }
-        let targets = project.targets.iter().filter(|it| target.is_none_or(|id| id == it.id));
-        let mut found: Vec<_> = targets
-            .flat_map(|target| doubts(target).into_iter().map(|doubt| (target.id, doubt)))
-            .collect();
-        found.sort_by(|(_, a), (_, b)| b.gain.total_cmp(&a.gain));
-        let left = project.targets.iter().map(left).fold(Left::default(), |all, one| Left {
-            boxes: all.boxes + one.boxes,
-            expected: all.expected + one.expected,
-            probable: all.probable + one.probable,
-        });
-        Ok((found, left))
-    });
-    let (found, Left { boxes, expected, probable }) = found.await?;
-    let doubts: Vec<Value> = found
-        .into_iter()
-        .map(|(target, doubt)| {
-            let (frame, gain, reason) = (doubt.frame, doubt.gain, doubt.reason.to_string());
-            json!({ "target": target, "frame": frame, "gain": gain, "reason": reason })
-        })
-        .collect();
-    let left = json!({ "boxes": boxes, "expected": expected, "probable": probable });
-    Ok(Json(json!({ "doubts": doubts, "left": left })))
+    let Stopped { running, dropped } = aside(move || Ok(Jobs::stop_all(&clip))).await?;
+    Ok(Json(json!({ "stopped": dropped.len() + usize::from(running), "dropped": dropped })))
 }
 
 /// The answer about a target that does not exist.

@@ -1,7 +1,7 @@
 //! Tracking jobs of a clip: one at a time, further ones wait. What a job finds is shown as it is
 //! found, written about every two seconds, and undone as one step.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
@@ -10,10 +10,11 @@ use std::time::{Duration, Instant};
 use serde_json::{Value, json};
 
 use super::answer::Refusal;
-use super::clips::{OpenClip, no_target};
+use super::clips::{OpenClip, ProjectState, no_target};
 use crate::engine::Listener;
 use crate::engine::plan::{self, Span, Wish};
 use crate::project::{Edit, Tracked};
+use crate::tracking::doubt::doubtful;
 
 /// Time between two messages with boxes.
 const MESSAGES: Duration = Duration::from_millis(50);
@@ -29,7 +30,7 @@ pub struct Jobs {
 
 #[derive(Default)]
 struct Queue {
-    waiting: VecDeque<(u64, Wish)>,
+    waiting: VecDeque<Waiting>,
     running: Option<RunningJob>,
     /// The thread that works on them.
     worker: Option<JoinHandle<()>>,
@@ -38,9 +39,19 @@ struct Queue {
     closed: bool,
 }
 
+/// A job that waits.
+#[derive(Debug, Clone, Copy)]
+struct Waiting {
+    id: u64,
+    wish: Wish,
+    /// The step of the history that it adds to.
+    step: u64,
+}
+
 struct RunningJob {
     id: u64,
     target: u64,
+    step: u64,
     stop: Arc<AtomicBool>,
     pace: Pace,
 }
@@ -70,32 +81,56 @@ impl Jobs {
         self.queue.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Begins a job, or lets it wait for those before it. Returns its id.
-    pub fn start(clip: &Arc<OpenClip>, wish: Wish) -> Result<u64, Refusal> {
-        if spans(clip, wish)?.is_empty() {
-            return Err(Refusal::bad("there are no frames to track there"));
-        }
+    /// Begins a job, or lets it wait for those before it. Returns its id. It is undone with the change
+    /// that has made the revision `since`, if it follows one; if that has been undone, there is no
+    /// job.
+    pub fn start(
+        clip: &Arc<OpenClip>,
+        wish: Wish,
+        since: Option<u64>,
+    ) -> Result<Option<u64>, Refusal> {
+        let step = {
+            let mut held = clip.hold();
+            if since.is_some_and(|since| held.store.is_undone(since)) {
+                return Ok(None);
+            }
+            if spans(&held, clip.frames, wish)?.is_empty() {
+                return Err(Refusal::bad("there are no frames to track there"));
+            }
+            held.store.begin_tracking(wish.target(), since)
+        };
         let mut queue = clip.jobs.lock();
         if queue.closed {
+            drop(queue);
+            clip.hold().store.end_tracking(step);
             return Err(Refusal::failed("the program is about to end"));
         }
         queue.last_id += 1;
         let id = queue.last_id;
-        queue.waiting.push_back((id, wish));
+        queue.waiting.push_back(Waiting { id, wish, step });
         if queue.worker.is_none() {
             let clip = Arc::clone(clip);
             queue.worker = Some(thread::spawn(move || work(&clip)));
         }
-        Ok(id)
+        drop(queue);
+        clip.tell_history(&clip.hold());
+        clip.jobs.tell_queue(clip);
+        Ok(Some(id))
+    }
+
+    /// Tells the windows which targets wait.
+    fn tell_queue(&self, clip: &OpenClip) {
+        let waiting: Vec<u64> = self.lock().waiting.iter().map(|it| it.wish.target()).collect();
+        clip.tell(&json!({ "type": "queue", "waiting": waiting }));
     }
 
     /// The state for the page: `null`, or the running job and the targets that wait.
     pub fn state(&self) -> Value {
         let queue = self.lock();
-        let waiting: Vec<u64> = queue.waiting.iter().map(|(_, wish)| wish.target()).collect();
+        let waiting: Vec<u64> = queue.waiting.iter().map(|it| it.wish.target()).collect();
         let Some(RunningJob { id, target, pace, .. }) = &queue.running else {
             return match queue.waiting.front() {
-                Some((id, wish)) => json!({
+                Some(Waiting { id, wish, .. }) => json!({
                     "id": id, "target": wish.target(), "state": "waiting", "waiting": waiting,
                 }),
                 None => Value::Null,
@@ -113,59 +148,87 @@ impl Jobs {
         })
     }
 
-    /// Stops all jobs, waits until the running one has handed over what it found, and returns their
-    /// number.
-    pub fn stop_all(&self) -> usize {
-        self.stop(|_| true)
+    /// The targets that are tracked now, or wait for it.
+    pub fn targets(&self) -> BTreeSet<u64> {
+        let queue = self.lock();
+        let waiting = queue.waiting.iter().map(|it| it.wish.target());
+        waiting.chain(queue.running.as_ref().map(|running| running.target)).collect()
     }
 
-    /// Stops all jobs of a target as [`Jobs::stop_all`] does.
-    pub fn stop_for(&self, target: u64) -> usize {
-        self.stop(|of| of == target)
+    /// Stops all jobs, and waits until the running one has handed over what it found.
+    pub fn stop_all(clip: &OpenClip) -> Stopped {
+        clip.jobs.stop(clip, |_, _| true)
+    }
+
+    /// Stops all jobs of targets as [`Jobs::stop_all`] does.
+    pub fn stop_for(clip: &OpenClip, targets: &[u64]) -> Stopped {
+        clip.jobs.stop(clip, |target, _| targets.contains(&target))
+    }
+
+    /// Stops all jobs that add to a step of the history as [`Jobs::stop_all`] does.
+    pub fn stop_step(clip: &OpenClip, step: u64) -> Stopped {
+        clip.jobs.stop(clip, |_, of| of == step)
     }
 
     /// Stops all jobs, and takes no more.
-    pub fn close(&self) {
+    pub fn close(clip: &OpenClip) {
         let worker = {
-            let mut queue = self.lock();
+            let mut queue = clip.jobs.lock();
             queue.closed = true;
             queue.worker.take()
         };
-        self.stop_all();
+        Self::stop_all(clip);
         // The thread holds the project until its last statement.
         worker.map(JoinHandle::join);
     }
 
-    fn stop(&self, which: impl Fn(u64) -> bool) -> usize {
+    /// Stops the jobs whose target and step are asked for.
+    fn stop(&self, clip: &OpenClip, which: impl Fn(u64, u64) -> bool) -> Stopped {
         let mut queue = self.lock();
-        let before = queue.waiting.len();
-        queue.waiting.retain(|(_, wish)| !which(wish.target()));
-        let mut stopped = before - queue.waiting.len();
-        let Some(running) = queue.running.as_ref().filter(|running| which(running.target)) else {
-            return stopped;
-        };
-        stopped += 1;
-        running.stop.store(true, Ordering::SeqCst);
-        let id = running.id;
-        while queue.running.as_ref().is_some_and(|running| running.id == id) {
+        let is_meant = |it: &Waiting| which(it.wish.target(), it.step);
+        let dropped: Vec<Waiting> =
+            queue.waiting.iter().filter(|it| is_meant(it)).copied().collect();
+        queue.waiting.retain(|it| !is_meant(it));
+        let running = queue.running.as_ref().filter(|it| which(it.target, it.step));
+        let running = running.map(|running| {
+            running.stop.store(true, Ordering::SeqCst);
+            running.id
+        });
+        while running.is_some() && queue.running.as_ref().map(|running| running.id) == running {
             queue = self.ended.wait(queue).unwrap_or_else(PoisonError::into_inner);
         }
-        stopped
+        drop(queue);
+        if !dropped.is_empty() {
+            let mut held = clip.hold();
+            dropped.iter().for_each(|it| held.store.end_tracking(it.step));
+            clip.tell_history(&held);
+            drop(held);
+            self.tell_queue(clip);
+        }
+        let dropped = dropped.iter().map(|it| it.wish.target()).collect();
+        Stopped { running: running.is_some(), dropped }
     }
 }
 
-fn spans(clip: &OpenClip, wish: Wish) -> Result<Vec<Span>, Refusal> {
-    let held = clip.hold();
+/// Which jobs were stopped.
+pub struct Stopped {
+    /// Whether one was running.
+    pub running: bool,
+    /// The targets of those that were waiting.
+    pub dropped: Vec<u64>,
+}
+
+fn spans(held: &ProjectState, frames: usize, wish: Wish) -> Result<Vec<Span>, Refusal> {
     let target = held.store.project().target(wish.target());
     let target = target.ok_or_else(|| no_target(wish.target()))?;
-    plan::spans(target, wish, clip.frames).map_err(Refusal::bad)
+    plan::spans(target, wish, frames).map_err(Refusal::bad)
 }
 
 /// Works on the jobs of a clip until none is left.
 fn work(clip: &Arc<OpenClip>) {
     loop {
         let mut queue = clip.jobs.lock();
-        let Some((id, wish)) = queue.waiting.pop_front() else {
+        let Some(Waiting { id, wish, step }) = queue.waiting.pop_front() else {
             // Whoever closes the clip has taken the handle to wait for this thread.
             queue.worker = None;
             return;
@@ -173,9 +236,10 @@ fn work(clip: &Arc<OpenClip>) {
         let stop = Arc::new(AtomicBool::new(false));
         let pace = Pace { begun: Instant::now(), done: 0, total: 0 };
         let target = wish.target();
-        queue.running = Some(RunningJob { id, target, stop: Arc::clone(&stop), pace });
+        queue.running = Some(RunningJob { id, target, step, stop: Arc::clone(&stop), pace });
         drop(queue);
-        let result = Job::new(clip, id, target, stop).run(wish);
+        clip.jobs.tell_queue(clip);
+        let result = Job::new(clip, id, target, step, stop).run(wish);
         // Whoever waits for the end may then change what the job has found.
         clip.jobs.lock().running = None;
         clip.jobs.ended.notify_all();
@@ -204,12 +268,12 @@ struct Job<'a> {
     /// Boxes that are not in the project yet.
     unsaved: BTreeMap<usize, Tracked>,
     saved_at: Instant,
-    /// The revision that the job has led to.
-    since: Option<u64>,
+    /// The step of the history that it adds to.
+    step: u64,
 }
 
 impl<'a> Job<'a> {
-    fn new(clip: &'a OpenClip, id: u64, target: u64, stop: Arc<AtomicBool>) -> Self {
+    fn new(clip: &'a OpenClip, id: u64, target: u64, step: u64, stop: Arc<AtomicBool>) -> Self {
         let now = Instant::now();
         let pace = Pace { begun: now, done: 0, total: 0 };
         Self {
@@ -222,7 +286,7 @@ impl<'a> Job<'a> {
             told_at: now,
             unsaved: BTreeMap::new(),
             saved_at: now,
-            since: None,
+            step,
         }
     }
 
@@ -234,18 +298,26 @@ impl<'a> Job<'a> {
         self.tell();
         // What was found before an error is kept, too.
         let kept = self.keep();
-        let saved = self.clip.hold().store.save().map_err(Refusal::from);
+        let mut held = self.clip.hold();
+        held.store.end_tracking(self.step);
+        let saved = held.store.save().map_err(Refusal::from);
+        drop(held);
         let done = result?;
         kept.and(saved).map(|()| done)
     }
 
     fn track_all(&mut self, wish: Wish) -> Result<bool, Refusal> {
         // The project may have changed while the job waited.
-        let spans = spans(self.clip, wish)?;
+        let (spans, before) = {
+            let held = self.clip.hold();
+            let target = held.store.project().target(self.target);
+            let before = target.map(doubtful).unwrap_or_default();
+            (spans(&held, self.clip.frames, wish)?, before)
+        };
         self.pace.total = spans.iter().map(Span::steps).sum();
         for span in spans {
             let engine = &self.clip.engine;
-            let tracked = engine.track(span, self);
+            let tracked = engine.track(span, &before, self);
             let Some(boxes) = tracked.map_err(|error| Refusal::failed(error.to_string()))? else {
                 return Ok(false);
             };
@@ -291,12 +363,15 @@ impl<'a> Job<'a> {
         if edits.is_empty() || held.store.project().target(self.target).is_none() {
             return Ok(());
         }
-        let revision = match self.since {
-            Some(since) => held.store.apply_more(since, edits)?,
-            None => held.store.apply(edits)?,
-        };
-        self.since = Some(revision);
-        Ok(held.store.save()?)
+        self.step = held.store.track(self.target, self.step, edits)?;
+        self.clip.tell_history(&held);
+        let saved = held.store.save();
+        // Whoever has the project may not wait for the jobs.
+        drop(held);
+        if let Some(running) = self.clip.jobs.lock().running.as_mut() {
+            running.step = self.step;
+        }
+        Ok(saved?)
     }
 }
 

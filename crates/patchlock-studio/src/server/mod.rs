@@ -12,6 +12,7 @@ mod camera;
 mod clips;
 mod code;
 mod connections;
+mod doubts;
 mod error;
 mod files;
 mod frames;
@@ -216,7 +217,7 @@ fn routes(app: Arc<App>) -> Router {
         .route("/api/clips/{clip}/redo", post(clips::redo))
         .route("/api/clips/{clip}/track", post(clips::track))
         .route("/api/clips/{clip}/stop", post(clips::stop))
-        .route("/api/clips/{clip}/doubts", get(clips::doubtful))
+        .route("/api/clips/{clip}/doubts", get(doubts::doubtful))
         .route("/api/clips/{clip}/look", get(look::look))
         .route("/api/clips/{clip}/events", get(live::events))
         .route("/api/clips/{clip}/import", post(files::import_boxes))

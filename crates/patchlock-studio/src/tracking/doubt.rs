@@ -1,9 +1,12 @@
 //! Which frames of a target to look at next.
 
+use std::cmp::Ordering;
+use std::collections::BTreeMap;
 use std::fmt;
 
 use patchlock::Status;
 
+use super::join::AGREED;
 use crate::project::{Target, Tracked};
 
 /// Frames with at least this probability of a wrong box are doubtful.
@@ -19,18 +22,28 @@ const LEAST_UNCHECKED: usize = 10;
 /// A stretch without a key frame needs no look if fewer boxes than this are expected to be wrong.
 const LEAST_WRONG: f64 = 1.0;
 
-/// Tracks from both sides with at least this overlap agree on where the target is.
-const AGREED: f64 = 0.5;
-
-/// A frame whose box may be wrong.
+/// A frame whose box may be wrong, or of which nothing is known.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Doubt {
-    /// The frame.
+    /// The frame to look at.
     pub frame: usize,
+    /// First and last frame of the stretch that the reason is about.
+    pub stretch: [usize; 2],
     /// The number of frames that a correction here is expected to repair.
     pub gain: f64,
     /// Why the frame is doubtful.
     pub reason: Reason,
+    /// What is probably wrong or missing is 0, what was not checked 1. Frames before the first box
+    /// are 2: there, most targets have not appeared yet.
+    rank: u8,
+}
+
+impl Doubt {
+    /// The order in which to look at places: by rank, then the largest gain first.
+    pub fn order(&self, other: &Self) -> Ordering {
+        let by_gain = other.gain.total_cmp(&self.gain).then(self.frame.cmp(&other.frame));
+        self.rank.cmp(&other.rank).then(by_gain)
+    }
 }
 
 /// Why a frame is doubtful. Its text is for a person to read.
@@ -46,6 +59,15 @@ pub enum Reason {
     Unsure(f64),
     /// Nothing is wrong as far as is known, but the next key frame is this many frames away.
     Unchecked(usize),
+    /// Nothing is known of this many frames: they were never tracked.
+    Untracked(usize),
+}
+
+impl Reason {
+    /// Whether nothing is known of the frames.
+    pub fn is_untracked(self) -> bool {
+        matches!(self, Self::Untracked(_))
+    }
 }
 
 impl fmt::Display for Reason {
@@ -58,21 +80,76 @@ impl fmt::Display for Reason {
             Self::Hidden(share) => write!(f, "hidden {:.0} %", 100.0 * share),
             Self::Unsure(score) => write!(f, "looks different: score {score:.2}"),
             Self::Unchecked(frames) => write!(f, "unchecked: {frames} frames from a key frame"),
+            Self::Untracked(1) => write!(f, "not tracked yet: 1 frame"),
+            Self::Untracked(frames) => write!(f, "not tracked yet: {frames} frames"),
         }
     }
 }
 
-/// The frames of a target to look at, the one whose correction is expected to repair most frames
-/// first: one for each stretch of doubtful frames, and one for each span without a key frame.
-pub fn doubts(target: &Target) -> Vec<Doubt> {
-    let mut found = Vec::new();
+/// The frames of a target to look at, in a video with this number of frames: one for each stretch of
+/// doubtful frames, one for each stretch that was never tracked, and one for each span without a key
+/// frame. What is probably wrong or missing comes before what is only unchecked; among these, the
+/// frame whose correction is expected to repair most frames comes first.
+pub fn doubts(target: &Target, frames: usize) -> Vec<Doubt> {
+    let mut found: Vec<Doubt> = untracked(target, frames);
     for span in spans(target) {
         let stretches = span.chunk_by(|a, b| is_doubtful(&a.1) == is_doubtful(&b.1));
         found.extend(stretches.filter(|frames| is_doubtful(&frames[0].1)).map(middle));
         found.extend(unchecked(target, &span));
     }
-    found.sort_by(|a, b| b.gain.total_cmp(&a.gain).then(a.frame.cmp(&b.frame)));
+    found.sort_by(Doubt::order);
     found
+}
+
+/// The stretches of which nothing is known: neither a box nor that the target is not visible.
+pub fn unknown(target: &Target, frames: usize) -> Vec<[usize; 2]> {
+    let boxes = target.keys.keys().chain(target.tracked.keys()).map(|&frame| [frame; 2]);
+    let mut known: Vec<[usize; 2]> = boxes.chain(target.hidden.iter().copied()).collect();
+    known.sort_unstable();
+    let (mut unknown, mut next) = (Vec::new(), 0);
+    for [first, last] in known.into_iter().chain([[frames; 2]]) {
+        if next < first {
+            unknown.push([next, first - 1]);
+        }
+        next = next.max(last + 1);
+    }
+    unknown
+}
+
+/// What is known of the frames that are doubtful, without the stretches in which there is a key
+/// frame: it says that the target is there.
+pub fn doubtful(target: &Target) -> BTreeMap<usize, Tracked> {
+    let frames = target.tracked.iter().filter(|(_, tracked)| is_doubtful(tracked));
+    let mut doubtful: BTreeMap<usize, Tracked> = frames.map(|(&frame, &it)| (frame, it)).collect();
+    let keys: Vec<usize> = target.keys.keys().copied().collect();
+    for keys in keys.chunk_by(|a, b| a + 1 == *b) {
+        let (before, after) = (keys[0].checked_sub(1), keys[keys.len() - 1] + 1);
+        let Some(before) = before.filter(|before| doubtful.contains_key(before)) else { continue };
+        if doubtful.contains_key(&after) {
+            (0..=before).rev().take_while(|at| doubtful.remove(at).is_some()).for_each(drop);
+            (after..).take_while(|at| doubtful.remove(at).is_some()).for_each(drop);
+        }
+    }
+    doubtful
+}
+
+/// A doubt for each stretch that was never tracked, at its end beside a box.
+fn untracked(target: &Target, frames: usize) -> Vec<Doubt> {
+    let is_known = |frame: usize| target.box_at(frame).is_some();
+    let boxes = target.keys.keys().chain(target.tracked.keys());
+    let first_box = boxes.min().copied().unwrap_or(0);
+    let doubt = |[first, last]: [usize; 2]| {
+        let is_before = !first.checked_sub(1).is_some_and(is_known) && is_known(last + 1);
+        let count = last - first + 1;
+        Doubt {
+            frame: if is_before { last } else { first },
+            stretch: [first, last],
+            gain: count as f64,
+            reason: Reason::Untracked(count),
+            rank: if last < first_box { 2 } else { 0 },
+        }
+    };
+    unknown(target, frames).into_iter().map(doubt).collect()
 }
 
 /// How many boxes of a target are expected to be wrong.
@@ -84,16 +161,32 @@ pub struct Left {
     pub expected: f64,
     /// The number of them that are more probably wrong than right.
     pub probable: usize,
+    /// The number of frames of which nothing is known.
+    pub unknown: usize,
 }
 
-/// What is left to check of a target.
-pub fn left(target: &Target) -> Left {
+impl std::iter::Sum for Left {
+    fn sum<I: Iterator<Item = Self>>(all: I) -> Self {
+        all.fold(Self::default(), |sum, one| Self {
+            boxes: sum.boxes + one.boxes,
+            expected: sum.expected + one.expected,
+            probable: sum.probable + one.probable,
+            unknown: sum.unknown + one.unknown,
+        })
+    }
+}
+
+/// What is left to check of a target, in a video with this number of frames.
+pub fn left(target: &Target, frames: usize) -> Left {
     let boxes = target.tracked.values().filter(|tracked| tracked.status != Status::Lost);
-    boxes.fold(Left::default(), |left, tracked| Left {
-        boxes: left.boxes + 1,
-        expected: left.expected + wrong(tracked),
-        probable: left.probable + usize::from(wrong(tracked) > DOUBTFUL),
-    })
+    let boxes = boxes.map(|tracked| Left {
+        boxes: 1,
+        expected: wrong(tracked),
+        probable: usize::from(wrong(tracked) > DOUBTFUL),
+        unknown: 0,
+    });
+    let unknown = unknown(target, frames).iter().map(|[first, last]| last - first + 1).sum();
+    Left { unknown, ..boxes.sum::<Left>() }
 }
 
 /// The probability that a box overlaps the target by less than half. The score is calibrated: on
@@ -126,7 +219,8 @@ fn is_doubtful(tracked: &Tracked) -> bool {
 fn middle(frames: &[(usize, Tracked)]) -> Doubt {
     let (frame, tracked) = frames[frames.len() / 2];
     let gain = frames.iter().map(|(_, tracked)| risk(tracked)).sum();
-    Doubt { frame, gain, reason: reason(&tracked) }
+    let stretch = [frames[0].0, frames[frames.len() - 1].0];
+    Doubt { frame, stretch, gain, reason: reason(&tracked), rank: 0 }
 }
 
 fn reason(tracked: &Tracked) -> Reason {
@@ -158,8 +252,10 @@ fn unchecked(target: &Target, span: &[(usize, Tracked)]) -> Option<Doubt> {
     let expected: f64 = span.iter().map(|(_, tracked)| wrong(tracked)).sum();
     (away >= LEAST_UNCHECKED && expected >= LEAST_WRONG).then_some(Doubt {
         frame,
+        stretch: [first, last],
         gain,
         reason: Reason::Unchecked(away),
+        rank: 1,
     })
 }
 
@@ -168,8 +264,9 @@ mod tests {
     use super::*;
     use crate::project::Key;
     use patchlock::BoundingBox;
-    use std::collections::BTreeMap;
 
+    /// The last tracked frame of [`target`] is the last one of the video.
+    const FRAMES: usize = 160;
     const BOX: BoundingBox = BoundingBox { x: 10.0, y: 10.0, w: 20.0, h: 20.0 };
 
     fn sure() -> Tracked {
@@ -193,7 +290,7 @@ mod tests {
 
     #[test]
     fn without_doubt_open_spans_come_before_those_between_key_frames() {
-        let found = doubts(&target());
+        let found = doubts(&target(), FRAMES);
         let found: Vec<_> = found.iter().map(|doubt| (doubt.frame, doubt.reason)).collect();
         assert_eq!(found, [(159, Reason::Unchecked(59)), (50, Reason::Unchecked(50))]);
     }
@@ -209,7 +306,7 @@ mod tests {
         for (doubtful, reason) in cases {
             let mut target = target();
             target.tracked.extend((20..41).map(|frame| (frame, doubtful)));
-            let first = doubts(&target)[0];
+            let first = doubts(&target, FRAMES)[0];
             assert_eq!((first.frame, first.reason), (30, reason));
         }
     }
@@ -223,13 +320,16 @@ mod tests {
         };
         // 99 boxes between the keys and 59 beyond: 1.98 and 1.18 wrong ones are expected, then less
         // than one.
-        assert_eq!(doubts(&with_scores(0.98)).len(), 2);
-        assert_eq!(doubts(&with_scores(0.985)).len(), 1);
-        assert_eq!(doubts(&with_scores(0.995)), []);
+        assert_eq!(doubts(&with_scores(0.98), FRAMES).len(), 2);
+        assert_eq!(doubts(&with_scores(0.985), FRAMES).len(), 1);
+        assert_eq!(doubts(&with_scores(0.995), FRAMES), []);
         // A box that is probably wrong is never left out.
         let mut target = with_scores(1.0);
         target.tracked.insert(30, Tracked { score: 0.4, ..sure() });
-        assert_eq!(doubts(&target).iter().map(|doubt| doubt.frame).collect::<Vec<_>>(), [30]);
+        assert_eq!(
+            doubts(&target, FRAMES).iter().map(|doubt| doubt.frame).collect::<Vec<_>>(),
+            [30]
+        );
     }
 
     #[test]
@@ -241,20 +341,69 @@ mod tests {
             (3, Tracked { agreement: Some(0.1), ..sure() }),
             (4, Tracked { score: 0.2, status: Status::Lost, ..sure() }),
         ]);
-        let Left { boxes, expected, probable } = left(&target);
-        assert_eq!((boxes, probable), (3, 2));
+        let Left { boxes, expected, probable, unknown } = left(&target, 102);
+        // Those of two key frames are known, too.
+        assert_eq!((boxes, probable, unknown), (3, 2, 102 - 6));
         assert!((expected - (0.05 + 0.7 + 0.9)).abs() < 1e-9, "{expected}");
     }
 
+    /// As a target that was drawn while another one was tracked.
     #[test]
-    fn targets_without_tracked_frames_have_no_doubts() {
-        assert_eq!(doubts(&Target { tracked: BTreeMap::new(), ..target() }), []);
+    fn frames_that_were_never_tracked_are_doubtful() {
+        let places = |target: &Target| -> Vec<(usize, [usize; 2])> {
+            let found = doubts(target, FRAMES).into_iter();
+            let found = found.filter(|doubt| matches!(doubt.reason, Reason::Untracked(_)));
+            found.map(|doubt| (doubt.frame, doubt.stretch)).collect()
+        };
+        let mut target = Target { tracked: BTreeMap::new(), ..target() };
+        assert_eq!(places(&target), [(1, [1, 99]), (101, [101, 159])]);
+        target.hidden = vec![[1, 99], [140, 159]];
+        assert_eq!(places(&target), [(101, [101, 139])]);
+        assert_eq!(doubts(&target, FRAMES)[0].reason.to_string(), "not tracked yet: 39 frames");
+        // Most targets appear in their first box, so the frames before it come last.
+        target.keys.remove(&0);
+        target.tracked = (101..140).map(|frame| (frame, sure())).collect();
+        target.hidden = vec![[140, 159]];
+        let found = doubts(&target, FRAMES);
+        let found: Vec<_> = found.iter().map(|doubt| (doubt.frame, doubt.reason)).collect();
+        assert_eq!(found, [(139, Reason::Unchecked(39)), (99, Reason::Untracked(100))]);
+        target.hidden.insert(0, [0, 99]);
+        assert_eq!(places(&target), []);
+        let (keys, tracked) = (BTreeMap::new(), BTreeMap::new());
+        assert_eq!(doubts(&Target { keys, tracked, ..target }, 0), []);
+    }
+
+    #[test]
+    fn a_key_frame_in_a_doubtful_stretch_says_that_the_target_is_there() {
+        let mut target = target();
+        let lost = Tracked { score: 0.3, status: Status::Lost, ..sure() };
+        let apart = Tracked { agreement: Some(0.1), ..sure() };
+        target.tracked.extend((40..50).map(|frame| (frame, lost)));
+        target.tracked.extend((101..105).map(|frame| (frame, apart)));
+        let frames = |target: &Target| doubtful(target).into_keys().collect::<Vec<_>>();
+        // The key frame 100 is beside one, and not in it.
+        assert_eq!(frames(&target), (40..50).chain(101..105).collect::<Vec<_>>());
+        let key = target.keys[&0];
+        for frame in [44, 45] {
+            target.tracked.remove(&frame);
+            target.keys.insert(frame, key);
+        }
+        assert_eq!(frames(&target), (101..105).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn losses_come_before_unchecked_ends() {
+        let mut target = target();
+        target.tracked.insert(40, Tracked { score: 0.3, status: Status::Lost, ..sure() });
+        let found = doubts(&target, FRAMES);
+        assert_eq!((found[0].frame, found[0].reason), (40, Reason::Lost));
+        assert!(found[1].gain > found[0].gain, "{found:?}");
     }
 
     #[test]
     fn frames_before_the_first_key_are_open_at_their_beginning() {
         let mut target = target();
         target.keys.remove(&0);
-        assert!(doubts(&target).iter().any(|doubt| doubt.frame == 1));
+        assert!(doubts(&target, FRAMES).iter().any(|doubt| doubt.frame == 1));
     }
 }

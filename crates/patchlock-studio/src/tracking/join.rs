@@ -16,6 +16,23 @@ const SHORT: usize = 12;
 /// A track with a lower score is not sure.
 const SURE: f64 = 0.5;
 
+/// Boxes that overlap by at least this much agree on where the target is.
+pub(super) const AGREED: f64 = 0.5;
+
+/// The target is clearly visible where it is tracked and at least this share is visible.
+const CLEAR: f64 = 0.75;
+
+/// A tracker that began this many frames ago knows the target. One that began shortly before the
+/// target was hidden learns what hides it, and takes up to .76 of that for the target; others at
+/// most .27 (rendered scenes, `tests/tracking.rs`).
+const SETTLED: usize = 20;
+
+/// Below this visible share, a track may be on what hides the target.
+const HIDDEN: f64 = 0.3;
+
+/// The highest score of a lost target.
+const LOST: f64 = 0.5;
+
 /// Joins what was found between two neighbouring key frames, `first` and `last`.
 ///
 /// `forward` was tracked from the first key frame and holds the frames after it, up to and with the
@@ -29,11 +46,21 @@ const SURE: f64 = 0.5;
 /// line from where the forward track was last sure to where the backward track is sure again, or,
 /// in short spans, between the key frames. In all other frames it is that of one track up to a
 /// frame and of the other from there on.
+///
+/// The result is never surer than what the tracks have seen. Where they are apart, the score is at
+/// most their overlap, and where one of them sees little of the target and the other does not
+/// see it clearly, at most the visible share. What one of them has lost stays lost, unless the
+/// other one sees the target there: then it alone has an opinion, and there is no agreement.
+///
+/// `before` is asked for each frame of the result, by its position. It answers what was known of a
+/// frame in which the target was not seen so far, as [`doubtful`](super::doubt::doubtful) does; then
+/// the frame becomes surer only if one of the tracks sees the target there.
 pub fn join(
     first: BoundingBox,
     forward: &[Found],
     backward: &[Found],
     last: BoundingBox,
+    before: impl Fn(usize) -> Option<Tracked>,
 ) -> Vec<Tracked> {
     let span = forward.len().min(backward.len());
     if span == 0 {
@@ -47,6 +74,9 @@ pub fn join(
     let backward = without(back, &backward[1..span], |at| 1.0 - share(at));
     let switch = best_switch(&forward, &backward);
     let gap = Gap::between(&forward, &backward);
+    let seen_forward = seen(forward.iter());
+    let mut seen_backward = seen(backward.iter().rev());
+    seen_backward.reverse();
     let join = |(at, (forward, backward)): (usize, (&Found, &Found))| {
         let mut agreement = forward.bbox.overlap(&backward.bbox);
         let found = if at < switch { *forward } else { *backward };
@@ -63,9 +93,44 @@ pub fn join(
         } else {
             found.bbox
         };
-        Tracked { bbox, agreement: Some(agreement), ..found.into() }
+        let tracks = [(forward, seen_forward[at]), (backward, seen_backward[at])];
+        judge(Found { bbox, ..found }, agreement, tracks, before(at))
     };
     forward.iter().zip(&backward).enumerate().map(join).collect()
+}
+
+/// What two tracks say of a box to which they lead, in a frame of which `before` was known if the
+/// target was not seen there.
+fn judge(
+    found: Found,
+    agreement: f64,
+    tracks: [(&Found, bool); 2],
+    before: Option<Tracked>,
+) -> Tracked {
+    let joined = Tracked { agreement: Some(agreement), ..found.into() };
+    let is_lost = |status| status == Status::Lost;
+    let lost = tracks.iter().filter(|(track, _)| is_lost(track.status)).count();
+    let was_lost = before.is_some_and(|before| is_lost(before.status));
+    let sees = |(track, seen): &&(&Found, bool)| *seen && track.bbox.overlap(&found.bbox) >= AGREED;
+    match tracks.iter().find(sees) {
+        None if lost > 0 || was_lost => {
+            let score = tracks.iter().fold(LOST, |least, (track, _)| least.min(track.score));
+            return Tracked { score, status: Status::Lost, ..joined };
+        }
+        Some((alone, _)) if lost > 0 => return Found { bbox: found.bbox, ..**alone }.into(),
+        Some(_) if agreement >= AGREED => return joined,
+        _ => {}
+    }
+    let visible = tracks.iter().filter_map(|(track, _)| track.visible).fold(1.0, f64::min);
+    let limits = [
+        (agreement < AGREED).then_some(agreement),
+        (visible < HIDDEN).then_some(visible),
+        before.map(|before| before.score.min(before.agreement.unwrap_or(1.0))),
+    ];
+    match limits.into_iter().flatten().reduce(f64::min) {
+        Some(most) => Tracked { score: found.score.min(most), status: Status::Uncertain, ..joined },
+        None => joined,
+    }
 }
 
 /// A stretch in which neither track is sure: what each finds there is no better than a straight
@@ -96,6 +161,21 @@ impl Gap {
         let is_within = before < frame && frame < after;
         is_within.then(|| between(self.before.1, self.after.1, share(frame)))
     }
+}
+
+/// Whether a track sees the target, frame by frame from its key frame on: it is clearly visible, and
+/// has been since the key frame, or the tracker knows it for long.
+fn seen<'a>(track: impl Iterator<Item = &'a Found>) -> Vec<bool> {
+    let is_clear = |found: &Found| {
+        found.status == Status::Tracked && found.visible.is_none_or(|visible| visible >= CLEAR)
+    };
+    let mut always = true;
+    let seen = |(at, found): (usize, &Found)| {
+        let is_clear = is_clear(found);
+        always &= is_clear;
+        is_clear && (always || at >= SETTLED)
+    };
+    track.enumerate().map(seen).collect()
 }
 
 /// What was found, each box without a share of the drift.
@@ -202,7 +282,7 @@ mod tests {
         };
         let forward: Vec<_> = (1..=n).map(|k| drifted(k, k)).collect();
         let backward: Vec<_> = (0..n).map(|k| drifted(k, n - k)).collect();
-        let joined = join(truth(0), &forward, &backward, truth(n));
+        let joined = join(truth(0), &forward, &backward, truth(n), |_| None);
         assert_eq!(joined.len(), n - 1);
         assert_near(&joined, truth);
     }
@@ -216,7 +296,7 @@ mod tests {
         let backward = |k: usize| found(truth(k.max(25)), if k < 25 { 0.1 } else { 0.9 });
         let forward: Vec<_> = (1..=n).map(forward).collect();
         let backward: Vec<_> = (0..n).map(backward).collect();
-        let joined = join(truth(0), &forward, &backward, truth(n));
+        let joined = join(truth(0), &forward, &backward, truth(n), |_| None);
         assert_near(&joined, truth);
         assert!(joined[4].agreement.unwrap() < 0.1);
     }
@@ -225,12 +305,12 @@ mod tests {
     fn short_spans_in_which_tracks_disagree_are_straight() {
         let truth = |k: usize| at(30.0 * k as f64, 20.0);
         let (forward, backward) = (vec![found(truth(0), 0.9); 6], vec![found(truth(6), 0.9); 6]);
-        let joined = join(truth(0), &forward, &backward, truth(6));
+        let joined = join(truth(0), &forward, &backward, truth(6), |_| None);
         assert_near(&joined, truth);
         assert!(joined.iter().all(|tracked| tracked.agreement.unwrap() < 0.5));
         // One track follows the target, the other does not.
         let forward: Vec<_> = (1..=6).map(|k| found(truth(k), 0.9)).collect();
-        let joined = join(truth(0), &forward, &backward, truth(6));
+        let joined = join(truth(0), &forward, &backward, truth(6), |_| None);
         assert_near(&joined, truth);
         assert!(joined.iter().all(|tracked| tracked.agreement.unwrap() > 0.99));
     }
@@ -244,15 +324,56 @@ mod tests {
         let score = |sure: bool| if sure { 0.9 } else { 0.2 };
         let forward: Vec<_> = (1..=n).map(|k| found(truth(k.min(19)), score(k < 20))).collect();
         let backward: Vec<_> = (0..n).map(|k| found(truth(k.max(40)), score(k >= 40))).collect();
-        let joined = join(truth(0), &forward, &backward, truth(n));
+        let joined = join(truth(0), &forward, &backward, truth(n), |_| None);
         assert_near(&joined, truth);
         assert!((1..n).all(|k| (joined[k - 1].agreement.unwrap() < 0.5) || !hidden(k)));
+    }
+
+    /// Forward, backward, what was known before; the score and the status of the middle frame.
+    #[test]
+    fn nothing_is_surer_than_what_was_seen() {
+        use Status::{Lost, Tracked as Sure, Uncertain};
+        let truth = |_| at(50.0, 20.0);
+        let (here, near, away) = (at(50.0, 20.0), at(52.0, 20.0), at(90.0, 20.0));
+        let one =
+            |bbox, score, status, visible| Found { bbox, score, status, visible: Some(visible) };
+        let was = |score, status| Some(Tracked::from(one(here, score, status, 0.1)));
+        let cases = [
+            // What both have lost stays lost, and so does what one has lost and the other not seen.
+            ((here, 0.4, Lost, 0.1), (near, 0.3, Lost, 0.1), None, (0.3, Lost)),
+            ((here, 0.4, Lost, 0.1), (near, 0.94, Uncertain, 0.2), None, (0.4, Lost)),
+            ((here, 0.4, Lost, 0.1), (here, 0.94, Sure, 0.6), None, (0.4, Lost)),
+            ((here, 0.4, Lost, 0.1), (here, 0.94, Sure, 0.9), None, (0.94, Sure)),
+            // Where they are apart, the score is at most the overlap.
+            ((here, 0.9, Sure, 0.9), (away, 0.9, Sure, 0.9), None, (0.0, Uncertain)),
+            // Both are on what hides the target.
+            ((here, 0.79, Uncertain, 0.2), (near, 0.7, Uncertain, 0.6), None, (0.2, Uncertain)),
+            ((here, 0.9, Sure, 0.9), (near, 0.7, Uncertain, 0.2), None, (0.9, Sure)),
+            // What was not seen before becomes surer only if it is seen now.
+            ((here, 0.9, Sure, 0.6), (near, 0.8, Sure, 0.6), was(0.3, Lost), (0.5, Lost)),
+            ((here, 0.9, Sure, 0.6), (near, 0.8, Sure, 0.6), was(0.3, Uncertain), (0.3, Uncertain)),
+            ((here, 0.9, Sure, 0.9), (near, 0.8, Sure, 0.6), was(0.3, Lost), (0.9, Sure)),
+        ];
+        for (forward, backward, before, expected) in cases {
+            let found = |(bbox, score, status, visible)| one(bbox, score, status, visible);
+            // The ends are key frames; long spans have no lines.
+            let sides = |middle| {
+                let mut side = vec![one(here, 0.9, Sure, 0.9); 21];
+                side[10] = found(middle);
+                side
+            };
+            let (ahead, mut back) = (sides(forward), sides(backward));
+            back.rotate_left(20);
+            let joined = join(truth(0), &ahead, &back, truth(21), |at| before.filter(|_| at == 10));
+            let Tracked { score, status, .. } = joined[10];
+            assert!((score - expected.0).abs() < 0.01 && status == expected.1, "{:?}", joined[10]);
+        }
     }
 
     #[test]
     fn spans_without_frames_between() {
         let one = [found(at(0.0, 20.0), 0.9)];
-        assert_eq!(join(at(0.0, 20.0), &one, &one, at(1.0, 20.0)), []);
-        assert_eq!(join(at(0.0, 20.0), &[], &[], at(1.0, 20.0)), []);
+        assert_eq!(join(at(0.0, 20.0), &one, &one, at(1.0, 20.0), |_| None), []);
+        assert_eq!(join(at(0.0, 20.0), &[], &[], at(1.0, 20.0), |_| None), []);
     }
 }

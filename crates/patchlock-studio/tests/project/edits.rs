@@ -264,16 +264,26 @@ fn pieces_of_one_job_are_undone_together() {
     let mut store = place.store();
     let before = store.apply(vec![add(0)]).unwrap();
     let kept = store.project().clone();
-    let mut since = store.apply(vec![track(1, 1, 3, Status::Tracked)]).unwrap();
-    since = store.apply_more(since, vec![track(1, 4, 6, Status::Tracked)]).unwrap();
-    since = store.apply_more(since, vec![track(1, 2, 5, Status::Lost)]).unwrap();
+    let job = store.begin_tracking(1, None);
+    for piece in [
+        track(1, 1, 3, Status::Tracked),
+        track(1, 4, 6, Status::Tracked),
+        track(1, 2, 5, Status::Lost),
+    ] {
+        assert_eq!(store.track(1, job, vec![piece]).unwrap(), job);
+    }
     let all = store.project().clone();
     store.undo().unwrap();
     assert_eq!(*store.project(), kept);
     store.redo().unwrap();
     assert_eq!(*store.project(), all);
     // Somebody else was faster: a step of its own.
-    store.apply_more(since, vec![track(1, 7, 8, Status::Tracked)]).unwrap();
+    store.apply(vec![Edit::Hide { target: 1, from: 9, to: 9 }]).unwrap();
+    let hidden = store.project().clone();
+    let other = store.track(1, job, vec![track(1, 7, 8, Status::Tracked)]).unwrap();
+    assert_ne!(other, job);
+    store.undo().unwrap();
+    assert_eq!(*store.project(), hidden);
     store.undo().unwrap();
     assert_eq!(*store.project(), all);
     assert!(store.revision() > before);
@@ -285,11 +295,11 @@ fn undo_says_how_many_frames_it_changes() {
     let mut store = place.store();
     store.apply(vec![add(4)]).unwrap();
     // The frame of the key stays as it is.
-    let mut since = store.apply(vec![track(1, 0, 6, Status::Tracked)]).unwrap();
+    let job = store.apply(vec![track(1, 0, 6, Status::Tracked)]).unwrap();
     assert_eq!(store.undo_text(), Some("track target 1 in 6 frames, 0 to 6"));
     // A job that goes on, over frames that it has changed already, too.
-    since = store.apply_more(since, vec![track(1, 5, 8, Status::Lost)]).unwrap();
-    store.apply_more(since, vec![track(1, 8, 9, Status::Lost)]).unwrap();
+    store.track(1, job, vec![track(1, 5, 8, Status::Lost)]).unwrap();
+    store.track(1, job, vec![track(1, 8, 9, Status::Lost)]).unwrap();
     assert_eq!(store.undo_text(), Some("track target 1 in 9 frames, 0 to 9"));
     store.undo().unwrap();
     assert_eq!(store.redo_text(), Some("track target 1 in 9 frames, 0 to 9"));

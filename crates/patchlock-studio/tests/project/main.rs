@@ -3,6 +3,7 @@
 mod attributes;
 mod edits;
 mod exchange;
+mod history;
 mod images;
 mod shared;
 mod store;

@@ -4,6 +4,7 @@ mod access;
 mod attacks;
 mod camera;
 mod exchange;
+mod history;
 mod labels;
 mod measured;
 mod projects;

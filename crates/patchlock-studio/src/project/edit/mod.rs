@@ -419,6 +419,23 @@ impl Edit {
         }
     }
 
+    /// The targets whose frames the edit changes, so that tracking of them works on what no longer is.
+    pub fn shapes(&self) -> Vec<u64> {
+        match self {
+            Self::SetKey { target, .. }
+            | Self::RemoveKey { target, .. }
+            | Self::SetTracked { target, .. }
+            | Self::Hide { target, .. }
+            | Self::Show { target, .. }
+            | Self::DeleteTarget { target }
+            | Self::Split { target, .. }
+            | Self::SetFrames { target, .. } => vec![*target],
+            Self::Restore { target, .. } => vec![target.id],
+            Self::Join { first, second } => vec![*first, *second],
+            _ => Vec::new(),
+        }
+    }
+
     /// The number of boxes and changes in the edit, which is what its memory grows with.
     pub(super) fn boxes(&self) -> usize {
         let of = |target: &Target| {

@@ -1,0 +1,62 @@
+//! The doubtful places of a clip, and what is left to check.
+
+use std::sync::Arc;
+
+use axum::Json;
+use axum::extract::State;
+use serde::Deserialize;
+use serde_json::{Value, json};
+
+use super::App;
+use super::answer::{PathParam, QueryParams, Refusal, aside};
+use super::clips::no_target;
+use crate::tracking::doubt::{Doubt, Left, doubts, left};
+
+/// Of which target.
+#[derive(Deserialize)]
+pub struct TargetQuery {
+    target: Option<u64>,
+}
+
+/// `GET /api/clips/ID/doubts?target=T`
+pub async fn doubtful(
+    State(app): State<Arc<App>>,
+    PathParam(clip): PathParam<usize>,
+    QueryParams(TargetQuery { target }): QueryParams<TargetQuery>,
+) -> Result<Json<Value>, Refusal> {
+    let clip = app.clips.open(clip).await?;
+    let found = aside(move || {
+        let tracking = clip.jobs.targets();
+        let held = clip.hold();
+        let project = held.store.project();
+        if let Some(id) = target.filter(|&id| project.target(id).is_none()) {
+            return Err(no_target(id));
+        }
+        let targets = project.targets.iter().filter(|it| target.is_none_or(|id| id == it.id));
+        let mut found: Vec<_> = targets
+            .flat_map(|target| doubts(target, clip.frames).into_iter().map(|it| (target.id, it)))
+            .collect();
+        // What is being tracked, or waits for it, will be known.
+        found.retain(|(target, doubt)| !(tracking.contains(target) && doubt.reason.is_untracked()));
+        found.sort_by(|(_, a), (_, b)| a.order(b));
+        let left: Left = project.targets.iter().map(|it| left(it, clip.frames)).sum();
+        Ok((found, left))
+    });
+    let (found, left) = found.await?;
+    let doubts: Vec<Value> = found
+        .into_iter()
+        .map(|(target, doubt)| {
+            let Doubt { frame, stretch, gain, reason, .. } = doubt;
+            let (is_untracked, reason) = (reason.is_untracked(), reason.to_string());
+            json!({
+                "target": target, "frame": frame, "stretch": stretch, "gain": gain,
+                "reason": reason, "untracked": is_untracked,
+            })
+        })
+        .collect();
+    let Left { boxes, expected, probable, unknown } = left;
+    let left = json!({
+        "boxes": boxes, "expected": expected, "probable": probable, "unknown": unknown,
+    });
+    Ok(Json(json!({ "doubts": doubts, "left": left })))
+}

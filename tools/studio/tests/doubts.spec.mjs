@@ -1,0 +1,200 @@
+// The page loses no doubt: targets that were never tracked, corrections, what is taken back.
+
+import { FRAMES, expect, test, Work } from './page.mjs';
+import { Folder, Studio, readTruth } from './program.mjs';
+
+const truth = readTruth();
+const other = { x: 300, y: 40, w: 60, h: 50 };
+
+/** Frames in which the target is completely behind the tree. */
+const behind = truth.flatMap(({ hidden }, frame) => (hidden === 1 ? [frame] : []));
+
+test('a target that was drawn while another one was tracked is not overlooked', async ({ work, page }) => {
+    const doubts = page.locator('#doubts');
+    await work.draw(truth[0]);
+    await expect(page.locator('#job-text')).toContainText('Tracking target 1');
+    // The first frame is on the screen again for the second box.
+    await work.press('Home');
+    await work.atFrame(0);
+    await work.drawAnother(other);
+    await expect(page.locator('#job-text')).toContainText('then target 2');
+    await work.press('Escape');
+    await expect(page.locator('#notices')).toContainText('Not tracked, since it was waiting: target 2');
+    await work.rest();
+    await expect(doubts).toContainText(`target 2 · frame 1`);
+    await expect(doubts).toContainText(`not tracked yet: ${FRAMES - 1} frames`);
+
+    // Neither Done nor Export is silent about it.
+    await work.press('Shift+D');
+    await expect(page.locator('#notices')).toContainText('clip.mp4 is done.');
+    await expect(page.locator('#notices')).toContainText(`target 2 in ${FRAMES - 1} frames`);
+    await work.press('Shift+E');
+    await expect(page.getByRole('dialog')).toContainText(`target 2 in ${FRAMES - 1} frames`);
+    await work.closeDialog();
+    await expect(page.locator('#clips')).toContainText('not tracked');
+
+    // From the place, one key tracks it.
+    await doubts.getByRole('button', { name: /target 2/ }).click();
+    await page.locator('#stage').focus();
+    await expect(page.locator('#hint')).toContainText(`Not tracked yet: frames 1 to ${FRAMES - 1}`);
+    await work.press('b');
+    await work.tracked();
+    await expect(doubts).not.toContainText('target 2 · frame 1not tracked');
+});
+
+test('nothing is said too early', async ({ work, page }) => {
+    const empty = page.locator('#doubts-empty');
+    const said = [];
+    await page.exposeFunction('said', (text) => said.push(text));
+    await page.evaluate(() => {
+        const read = () => window.said(document.getElementById('doubts').parentElement.innerText);
+        new MutationObserver(read).observe(document.getElementById('doubts').parentElement, {
+            childList: true,
+            characterData: true,
+            subtree: true,
+        });
+    });
+    let begin;
+    const asked = new Promise((resolve) => {
+        begin = resolve;
+    });
+    await page.route('**/track', async (route) => {
+        await asked;
+        await route.continue();
+    });
+    await work.draw(truth[0]);
+    await expect(work.targets()).toHaveCount(1);
+    await expect(empty).toContainText('Tracking: places');
+    await work.press('n');
+    await expect(page.locator('#notices')).toContainText('No doubtful place so far');
+    begin();
+    await expect(page.locator('#job')).toBeVisible();
+    await expect(empty).toContainText('Tracking: places');
+    await work.tracked();
+    await expect(page.locator('#doubts > li')).not.toHaveCount(0);
+    expect(said.join('\n')).not.toMatch(/No place is left|not tracked yet/);
+});
+
+test.describe('a target that is tracked', () => {
+    test.use({ begun: true });
+
+    /** Drags the right edge of the box in a frame to the right. */
+    const widen = async (work, folder, frame) => {
+        await work.goTo(frame);
+        const { x, y, w, h } = folder.project().targets[0].tracked[frame].box;
+        await work.drag([x + w, y + h / 2], [x + w + 20, y + h / 2]);
+    };
+
+    test('a later key frame does not make frames sure in which nothing is seen', async ({ work, folder }) => {
+        const sure = () => {
+            const [{ tracked, keys }] = folder.project().targets;
+            const isSure = (frame) =>
+                frame in keys || (tracked[frame].score > 0.5 && tracked[frame].status !== 'l');
+            return behind.filter(isSure);
+        };
+        expect(behind.length).toBeGreaterThan(10);
+        const before = sure();
+        await work.goTo(FRAMES - 1);
+        await work.press('Enter');
+        await work.tracked();
+        expect(sure().filter((frame) => !before.includes(frame))).toEqual([]);
+        // Where both tracks are apart, the score is not above their overlap.
+        const [{ tracked }] = folder.project().targets;
+        for (const [frame, { score, agreement }] of Object.entries(tracked)) {
+            if (agreement < 0.5) expect(score, frame).toBeLessThanOrEqual(agreement + 1e-3);
+        }
+        // One key hides all of it.
+        await work.press('n');
+        await work.press('Shift+H');
+        await expect.poll(() => folder.project().targets[0].hidden?.length).toBe(1);
+        const [[from, to]] = folder.project().targets[0].hidden;
+        expect(behind.filter((frame) => frame < from || frame > to)).toEqual([]);
+    });
+
+    test('what is taken back while tracking runs is the whole correction', async ({ work, page, folder }) => {
+        const before = folder.project().targets;
+        await widen(work, folder, 150);
+        await expect(page.locator('#job')).toBeVisible();
+        await expect(page.locator('#undo')).toHaveAttribute('title', /correct target 1 in frame 150/);
+        await work.press('Control+z');
+        await expect(page.locator('#notices')).toContainText('Undone: correct target 1 in frame 150');
+        await work.rest();
+        expect(folder.project().targets).toEqual(before);
+        await expect(page.locator('#redo')).toHaveAttribute('title', /correct target 1 in frame 150/);
+    });
+
+    test('a change that is tried again is tracked, too', async ({ work, page, folder }) => {
+        await page.route('**/edits', (route) => route.abort());
+        await widen(work, folder, 150);
+        await expect(page.locator('#errors')).toContainText('The change was not made');
+        expect(Object.keys(folder.project().targets[0].keys)).toEqual(['0']);
+        await page.unroute('**/edits');
+        await page.getByRole('button', { name: 'Try again' }).click();
+        await work.tracked();
+        expect(Object.keys(folder.project().targets[0].keys)).toEqual(['0', '150']);
+        expect(folder.project().targets[0].tracked[75].agreement).toEqual(expect.any(Number));
+    });
+
+    test('scores stay in the list, whichever target is selected', async ({ work, page }) => {
+        await work.afterDrawing('none');
+        await work.goTo(40);
+        await work.drawAnother(other);
+        await expect(work.targets()).toHaveCount(2);
+        const states = page.locator('#targets .state');
+        await work.goTo(41);
+        const all = [/tracked|uncertain/, 'no box'];
+        await expect(states).toHaveText(all);
+        for (const key of ['ArrowUp', 'ArrowDown']) {
+            await work.press(key);
+            await expect(states).toHaveText(all);
+        }
+        await page.locator('#stage').focus();
+        await work.addLabel('boat');
+        await work.closeDialog();
+        await work.press('2');
+        await expect(work.targets().last()).toContainText('boat');
+        await expect(states).toHaveText(all);
+    });
+
+    test('a question is answered with Enter', async ({ work, page }) => {
+        await work.afterDrawing('none');
+        await work.draw(other);
+        await expect(page.getByRole('dialog')).toContainText('Whose box is it?');
+        await work.press('Enter');
+        await expect(work.targets()).toHaveCount(2);
+    });
+});
+
+test('a folder of clips is opened as these clips', async ({ page }) => {
+    const folder = new Folder(['a.mp4', 'b.mp4']);
+    const studio = await Studio.start([folder.path], [], folder.path);
+    await page.goto(studio.address);
+    await expect(page.locator('#clips > li')).toHaveCount(2);
+    await expect(page.locator('#clip-title')).toHaveText('a.mp4');
+    await studio.kill();
+});
+
+test('after a crash, tracking that was cut off is offered, and steps can be undone', async ({
+    page,
+    folder,
+}) => {
+    let studio = await Studio.start(folder.videos);
+    const { port } = studio;
+    const work = new Work(page);
+    await work.open(studio.address);
+    await work.afterDrawing('none');
+    await work.draw(truth[0]);
+    await expect(work.targets()).toHaveCount(1);
+    await work.press('t');
+    await expect(page.locator('#job')).toBeVisible();
+    await studio.kill();
+    await expect(page.locator('#errors')).toContainText('connection to patchlock studio is lost');
+    studio = await Studio.start(folder.videos, ['--port', port]);
+    await expect(page.locator('#errors')).toContainText('Tracking was cut off: target 1');
+    await page.getByRole('button', { name: 'Track again' }).click();
+    await work.tracked();
+    await expect(page.locator('#undo')).toHaveAttribute('title', /track target 1 in 209 frames/);
+    await work.press('Control+z', 'Control+z');
+    await expect.poll(() => folder.project().targets).toEqual([]);
+    await studio.kill();
+});
