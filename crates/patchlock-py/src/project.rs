@@ -299,7 +299,7 @@ impl Project {
             let imported = import::read_files(format, &files, store.project(), &images)?;
             let notes = imported.notes.join(". ");
             store.apply(imported.edits(&store.project().labels))?;
-            Ok(notes)
+            Ok::<_, Error>(notes)
         });
         let notes = imported.map_err(to_python)?;
         if !notes.is_empty() {
@@ -396,7 +396,7 @@ impl Project {
 
 /// A file; of a folder, the texts and XML files in it and in the folders below.
 fn read_files(path: &Path) -> Result<Vec<import::File>, Error> {
-    let read = |path: &Path| {
+    let read = |path: &Path| -> Result<import::File, Error> {
         let content = files::read(path);
         let content = content.map_err(|source| Error::Read { path: path.to_path_buf(), source })?;
         Ok(import::File { name: path.to_string_lossy().into_owned(), content })
