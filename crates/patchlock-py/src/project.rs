@@ -299,7 +299,7 @@ impl Project {
             let imported = import::read_files(format, &files, store.project(), &images)?;
             let notes = imported.notes.join(". ");
             store.apply(imported.edits(&store.project().labels))?;
-            Ok(notes)
+            Ok::<_, Error>(notes)
         });
         let notes = imported.map_err(to_python)?;
         if !notes.is_empty() {
