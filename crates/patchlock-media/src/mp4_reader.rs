@@ -3,25 +3,32 @@
 //! are applied, so frames are what a player shows.
 
 mod by_ffmpeg;
+mod pictures;
 
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
+use std::mem;
 use std::path::{Path, PathBuf};
 
 use image::metadata::Orientation;
 use rusty_h264::{DecodeError, Decoder, YuvFrame};
-use shiguredo_mp4::boxes::{Avc1Box, ElstEntry, SampleEntry};
+use shiguredo_mp4::boxes::{Avc1Box, SampleEntry};
 
 use crate::colour::{self, Colour, Matrix, Planes};
 use crate::ffmpeg::Program;
 use crate::h264::{self, StreamInfo};
 use crate::limits::{self, Limits, TooLarge};
-use crate::mp4_edits::{self, Shown};
+use crate::mp4_edits::Shown;
 use crate::mp4_index::{self, Sample, Track};
-use crate::{Container, Error, FrameFault, FrameRate, FrameSource, Picture, guard, orientation};
+use crate::{
+    Container, Error, FrameFault, FrameRate, FrameSource, Note, Picture, guard, orientation,
+};
 
 use by_ffmpeg::External;
+use pictures::{EditList, Pictures, micros};
+
+pub use pictures::frame_times;
 
 /// Pixels of the frames kept when reading backwards, which take 200 MB: 64 frames of 1920 x 1080. A
 /// longer group of pictures is decoded once per window of this size.
@@ -61,75 +68,6 @@ enum Fault {
 
 const DAMAGED: Fault = Fault::Data("the data are damaged");
 const TRUNCATED: Fault = Fault::Data("the file is truncated");
-
-/// The pictures of a track in the two orders that a reader needs.
-struct Pictures {
-    /// In storage order, which is the decoding order.
-    samples: Vec<Sample>,
-    /// Of each sample, its index in presentation order.
-    shown: Vec<usize>,
-    /// Maps an index in presentation order to an index in `samples`.
-    stored: Vec<usize>,
-    /// The samples from which all frames of their own and of later indices can be decoded; both
-    /// their indices in `samples` and in presentation order rise.
-    entrances: Vec<usize>,
-}
-
-impl Pictures {
-    fn new(samples: Vec<Sample>) -> Self {
-        let mut stored: Vec<usize> = (0..samples.len()).collect();
-        stored.sort_by_key(|&k| samples[k].time); // stable: equal times keep the stored order
-        let mut shown = vec![0; stored.len()];
-        stored.iter().enumerate().for_each(|(number, &k)| shown[k] = number);
-        let mut entrances = Vec::new();
-        for at in (0..samples.len()).filter(|&k| samples[k].keyframe) {
-            while entrances.pop_if(|earlier: &mut usize| shown[*earlier] >= shown[at]).is_some() {}
-            entrances.push(at);
-        }
-        Self { samples, shown, stored, entrances }
-    }
-
-    /// The frames that an edit list shows.
-    fn shown(&self, timescale: u32, list: &EditList, bytes: u64) -> Result<Vec<Shown>, String> {
-        let times: Vec<i64> = self.stored.iter().map(|&k| self.samples[k].time).collect();
-        let most = limits::frames(bytes) as usize;
-        mp4_edits::shown(&times, timescale, &list.edits, list.timescale, most)
-    }
-
-    /// The place in `entrances` of the last one from which a decoder can reach a frame; `None` if it
-    /// has to begin with the first sample.
-    fn entrance(&self, index: usize) -> Option<usize> {
-        let goal = self.stored[index];
-        let behind = self.entrances.partition_point(|&k| k <= goal && self.shown[k] <= index);
-        behind.checked_sub(1)
-    }
-}
-
-/// An edit list, with the ticks per second of its durations.
-struct EditList {
-    edits: Vec<ElstEntry>,
-    timescale: u32,
-}
-
-/// When each frame of a file is shown, in millionths of a second, whatever its encoding; `None` if
-/// the index does not tell.
-pub fn frame_times(path: &Path) -> Option<Vec<i64>> {
-    let mut file = File::open(path).ok()?;
-    let bytes = file.metadata().ok()?.len();
-    let track = mp4_index::read(&mut file, bytes).ok()??;
-    if track.fragmented {
-        return None;
-    }
-    let list = EditList { edits: track.edits, timescale: track.movie_timescale };
-    let frames = Pictures::new(track.samples).shown(track.timescale, &list, bytes).ok()?;
-    frames.iter().map(|frame| micros(frame.time, track.timescale)).collect()
-}
-
-/// Ticks in millionths of a second.
-fn micros(ticks: i64, timescale: u32) -> Option<i64> {
-    let scale = i128::from(timescale);
-    i64::try_from((i128::from(ticks) * 1_000_000 + scale / 2).div_euclid(scale)).ok()
-}
 
 /// The colour box (`colr`) of a file.
 #[derive(Debug, Clone, Copy, Default)]
@@ -177,6 +115,7 @@ pub struct Mp4 {
     tagged: ColourTag,
     /// Whether the file has sound too.
     sound: bool,
+    notes: Vec<Note>,
     /// Of the last parameter set that was read.
     info: StreamInfo,
     decoder: Decoder,
@@ -228,10 +167,16 @@ impl Mp4 {
         };
         let pictures = Pictures::new(track.samples);
         let list = EditList { edits: track.edits, timescale: track.movie_timescale };
-        let frames = pictures.shown(track.timescale, &list, bytes).map_err(broken)?;
+        let mut frames = pictures.shown(track.timescale, &list, bytes).map_err(broken)?;
         if frames.is_empty() {
             return Err(broken("its edit list shows no frame".into()));
         }
+        let missing = pictures.cut(&mut frames, bytes);
+        if frames.is_empty() {
+            return Err(broken("the file is truncated before the first frame".into()));
+        }
+        let note = Note::NoEnd { name: name.clone(), frames: missing };
+        let notes = Vec::from_iter(Some(note).filter(|_| missing > 0));
         let headers = parameter_sets(&avc).map_err(broken)?;
         let info = stream_info(&headers, &limits).map_err(|fault| match fault {
             Fault::Kind(codec) => OpenError::Codec(codec),
@@ -258,6 +203,7 @@ impl Mp4 {
             headers,
             tagged: ColourTag::of(&avc),
             sound: track.sound,
+            notes,
             length_bytes: usize::from(avc.avcc_box.length_size_minus_one.get()) + 1,
             info,
             decoder: Decoder::new(),
@@ -464,6 +410,10 @@ impl FrameSource for Mp4 {
 
     fn has_sound(&self) -> bool {
         self.sound
+    }
+
+    fn notes(&mut self) -> Vec<Note> {
+        mem::take(&mut self.notes)
     }
 
     fn announce(&mut self, first: usize, span: usize) {

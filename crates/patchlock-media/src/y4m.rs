@@ -295,6 +295,10 @@ impl Y4mFile {
         Self::index(file, &name, limits)
     }
 
+    pub fn header(&self) -> Header {
+        self.header
+    }
+
     fn index(file: File, name: &str, limits: Limits) -> Result<Self, Error> {
         let cannot = |error: io::Error| Error::unreadable(name, error);
         let size = file.metadata().map_err(cannot)?.len();

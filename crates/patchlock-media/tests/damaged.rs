@@ -362,6 +362,9 @@ fn frames_of_another_size_are_noted() {
     let expected = Note::Scaled { name, frame: 25, size: [160, 120] };
     let notes = video.notes();
     assert!(notes.contains(&expected), "{notes:?}");
+    let mut jumping = open(&file, false).unwrap();
+    assert_eq!(jumping.count().unwrap(), 50);
+    assert!(jumping.frame(45).unwrap() == video.frame(45).unwrap());
     let times = (0..50).map(|k| video.frame(k).unwrap().unwrap().time.unwrap());
     assert!(times.enumerate().all(|(k, time)| (time - k as f64 / 25.0).abs() < 0.03));
 }

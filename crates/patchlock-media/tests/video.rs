@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use patchlock_media::{FrameRate, FrameSource, Mp4Writer, Pixels, open};
+use patchlock_media::{FrameRate, FrameSource, Mp4Writer, Note, Pixels, open};
 use patchlock_scene::Scene;
 
 /// RGB bytes of a textured card that moves one pixel to the right per frame, on a smooth
@@ -124,5 +124,35 @@ fn reordered_frames_come_in_presentation_order() {
             let red = red(&mut video, k);
             assert!((red - (30.0 + 10.0 * k as f64)).abs() < 4.0, "frame {k} has red {red}");
         }
+    }
+}
+
+/// A download that has stopped: the index is at the beginning, the end is missing.
+#[test]
+fn an_mp4_without_its_end_has_the_frames_before_and_a_note() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("v.mp4");
+    let out = fs::File::create(&file).unwrap();
+    let mut writer = Mp4Writer::new(out, 96, 72, FrameRate::DEFAULT, Some(30)).unwrap();
+    (0..30).for_each(|k| writer.push(&film(k, 96, 72)).unwrap());
+    writer.finish().unwrap();
+    let mut whole = open(&file, false).unwrap();
+    let frames: Vec<_> = (0..30).map(|k| whole.frame(k).unwrap().unwrap()).collect();
+    let bytes = fs::read(&file).unwrap();
+    fs::write(&file, &bytes[..bytes.len() * 2 / 3]).unwrap();
+    for reverse in [false, true] {
+        let mut video = open(&file, reverse).unwrap();
+        let length = video.length().unwrap();
+        assert!((5..25).contains(&length), "{length}");
+        let note = Note::NoEnd { name: file.display().to_string(), frames: 30 - length };
+        assert_eq!(video.notes(), [note]);
+        let mut order: Vec<usize> = (0..length).collect();
+        if reverse {
+            order.reverse();
+        }
+        for k in order {
+            assert!(video.frame(k).unwrap().as_ref() == Some(&frames[k]), "frame {k}");
+        }
+        assert_eq!(video.frame(length).unwrap(), None);
     }
 }

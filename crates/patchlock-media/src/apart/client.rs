@@ -19,7 +19,7 @@ use crate::confine::{self, Allowed};
 use crate::image_file::is_image;
 use crate::limits::{self, Limits, MOST_FRAMES};
 use crate::open::Found;
-use crate::{Error, FrameFault, FrameRate, FrameSource, Helper, Picture, Pixels};
+use crate::{Error, FrameFault, FrameRate, FrameSource, Helper, Note, Picture, Pixels};
 
 /// What the pipe holds, if the system allows it: a frame of 640 x 480 pixels.
 const PIPE: usize = 1 << 20;
@@ -77,11 +77,11 @@ impl Asked {
 }
 
 /// What is known of a source once it is open.
-#[derive(Clone, Copy)]
 struct Facts {
     length: Option<usize>,
     rate: Option<FrameRate>,
     sound: bool,
+    notes: Vec<Note>,
 }
 
 enum Opened {
@@ -122,6 +122,10 @@ impl FrameSource for Source {
 
     fn has_sound(&self) -> bool {
         self.facts.sound
+    }
+
+    fn notes(&mut self) -> Vec<Note> {
+        std::mem::take(&mut self.facts.notes)
     }
 
     fn announce(&mut self, first: usize, span: usize) {
@@ -206,12 +210,12 @@ impl Session {
         let (name, reverse) = (asked.name.clone(), asked.reverse);
         let open = Request::Open { name, reverse, pixels: asked.limits.pixels };
         match self.ask(&open)? {
-            Reply::Opened { length, rate, sound } => {
+            Reply::Opened { length, rate, sound, notes } => {
                 if length.is_some_and(|length| length > MOST_FRAMES) {
                     return Err(nonsense());
                 }
                 let rate = rate.and_then(|(frames, seconds)| FrameRate::new(frames, seconds));
-                Ok(Opened::Here(Facts { length, rate, sound }))
+                Ok(Opened::Here(Facts { length, rate, sound, notes }))
             }
             Reply::ForFfmpeg { reason, times } => {
                 let bytes = fs::metadata(&asked.name)?.len();
@@ -452,8 +456,12 @@ mod tests {
             fs::write(&clip, [&bytes, after].concat()).unwrap();
             error(&clip, &script)
         };
-        let opened =
-            |length| Reply::Opened { length: Some(length), rate: Some((0, 0)), sound: true };
+        let opened = |length| Reply::Opened {
+            length: Some(length),
+            rate: Some((0, 0)),
+            sound: true,
+            notes: Vec::new(),
+        };
         let frame = |width, height| Reply::Frame { width, height, kind: Kind::Rgb8, time: None };
         let times = Reply::ForFfmpeg { reason: "is odd".into(), times: Some(1 << 40) };
         let path = OsString::from("a");

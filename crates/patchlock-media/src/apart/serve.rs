@@ -48,7 +48,8 @@ pub fn serve() -> io::Result<()> {
         }
     };
     let rate = source.rate().map(|rate| (rate.frames, rate.seconds));
-    let opened = Reply::Opened { length: source.length(), rate, sound: source.has_sound() };
+    let (length, sound, notes) = (source.length(), source.has_sound(), source.notes());
+    let opened = Reply::Opened { length, rate, sound, notes };
     wire::send(&mut output, &opened, &[])?;
     loop {
         match wire::receive(&mut input) {

@@ -9,6 +9,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::told::Told;
+use crate::Note;
 
 /// The first bytes of a helper, before it has opened anything.
 pub const HELLO: [u8; 16] = *b"patchlock helper";
@@ -28,6 +29,7 @@ pub enum Reply {
         length: Option<usize>,
         rate: Option<(u32, u32)>,
         sound: bool,
+        notes: Vec<Note>,
     },
     /// So many times follow, if there are any.
     ForFfmpeg {

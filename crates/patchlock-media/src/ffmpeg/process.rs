@@ -10,8 +10,8 @@ use super::{EVERY_FRAME_ONCE, FORMATS, Program, TIMES, cannot_start};
 use crate::child::{Running, Watched};
 use crate::colour::Matrix;
 use crate::limits::{self, Limits};
-use crate::y4m::{Y4mFile, Y4mStream};
-use crate::{Container, Error, y4m};
+use crate::y4m::{Header, Y4mFile, Y4mStream};
+use crate::{Container, Error, FrameSource as _, y4m};
 
 /// How to decode a video.
 pub(super) struct Task {
@@ -40,6 +40,23 @@ pub(super) enum Frames {
     Stream(Y4mStream<Pipe>),
     /// All frames, in a temporary file.
     Whole(Y4mFile),
+}
+
+impl Part {
+    pub fn header(&self) -> Header {
+        match &self.frames {
+            Frames::Stream(stream) => stream.header(),
+            Frames::Whole(file) => file.header(),
+        }
+    }
+
+    /// The number of frames, if all of them are there.
+    pub fn length(&self) -> Option<usize> {
+        match &self.frames {
+            Frames::Stream(_) => None,
+            Frames::Whole(file) => file.length(),
+        }
+    }
 }
 
 impl Task {
@@ -123,7 +140,13 @@ impl Task {
                 let (over, under) = text.trim().split_once('/')?;
                 unit = Some((over.parse::<i128>().ok()?, under.parse::<i128>().ok()?));
             } else if !line.starts_with('#') {
-                let ticks: i64 = line.split(',').nth(2)?.trim().parse().ok()?;
+                // Stream, two times, duration, size.
+                let mut columns = line.split(',').map(str::trim).skip(2);
+                let ticks: i64 = columns.next()?.parse().ok()?;
+                // A packet without data repeats the frame before it.
+                if columns.nth(1) == Some("0") {
+                    continue;
+                }
                 let (over, under) = unit.filter(|&(over, under)| over > 0 && under > 0)?;
                 let micros = 1_000_000 * over * i128::from(ticks);
                 let time = i64::try_from((micros + under / 2).div_euclid(under)).ok()?;

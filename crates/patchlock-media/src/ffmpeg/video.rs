@@ -4,8 +4,10 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 use super::About;
+use super::heard::Complaint;
 use super::process::{Frames, Packets, Part, Task};
 use crate::source::count_by_reading;
+use crate::y4m::Header;
 use crate::{Error, FrameFault, FrameRate, FrameSource, Note, Picture};
 
 /// Frames kept when reading backwards, if they are not too large.
@@ -19,6 +21,8 @@ const TAIL: usize = 64;
 pub(super) struct Video {
     task: Task,
     about: About,
+    /// How frames are stored that come from the beginning.
+    header: Header,
     part: Part,
     /// The frame that the part gives next, if none is missing there.
     next: usize,
@@ -61,6 +65,16 @@ struct Missing {
     reason: String,
 }
 
+/// The end of one run of ffmpeg.
+struct End {
+    /// The frame with which it began.
+    start: usize,
+    /// When its last frame is shown.
+    time: i64,
+    /// What it complained of first.
+    complaint: Option<Complaint>,
+}
+
 /// A frame as ffmpeg gives it.
 struct Raw {
     number: usize,
@@ -82,6 +96,7 @@ impl Video {
         reverse: bool,
     ) -> Result<Self, Error> {
         let part = task.start(None, false)?;
+        let header = part.header();
         let places = match times.is_some() || about.is_countable {
             true => Places::NotRead(times),
             false => Places::Unknown,
@@ -89,6 +104,7 @@ impl Video {
         let mut video = Self {
             task,
             about,
+            header,
             part,
             next: 0,
             given: 0,
@@ -120,9 +136,7 @@ impl Video {
         self.reverse = false;
         let whole = self.task.start(None, true)?;
         self.begin_part(whole, 0);
-        if let Frames::Whole(file) = &self.part.frames {
-            self.length = file.length();
-        }
+        self.length = self.part.length();
         self.note_damage();
         Ok(())
     }
@@ -261,10 +275,8 @@ impl Video {
     fn note_change(&mut self, frame: usize) {
         if !self.is_change_noted && self.part.heard.change() == Some(self.given) {
             self.is_change_noted = true;
-            if let Frames::Stream(stream) = &self.part.frames {
-                let size = stream.header().size();
-                self.notes.push(Note::Scaled { name: self.task.name(), frame, size });
-            }
+            let (name, size) = (self.task.name(), self.header.size());
+            self.notes.push(Note::Scaled { name, frame, size });
         }
     }
 
@@ -273,8 +285,15 @@ impl Video {
         let Places::Known(times) = &self.places else { return None };
         let last = times.len() - 1;
         let starts = [last, last.saturating_sub(TAIL), 0];
-        let end = starts.into_iter().find_map(|start| self.last_time(times, start))?;
-        let length = times.partition_point(|&time| time <= end + 1);
+        let end = starts.into_iter().find_map(|start| self.end_from(times, start))?;
+        let length = times.partition_point(|&time| time <= end.time + 1);
+        if let Some(Complaint { at, text: complaint }) = end.complaint
+            && !self.is_damage_noted
+        {
+            self.is_damage_noted = true;
+            let (name, frame) = (self.task.name(), end.start + at);
+            self.notes.push(Note::Damage { name, frame, complaint });
+        }
         if length <= last {
             let frames = last + 1 - length;
             self.notes.push(Note::NoEnd { name: self.task.name(), frames });
@@ -285,8 +304,8 @@ impl Video {
         Some(length)
     }
 
-    /// When the last frame is shown that ffmpeg gives if it begins with this one.
-    fn last_time(&self, times: &[i64], start: usize) -> Option<i64> {
+    /// The end of what ffmpeg gives if it begins with this frame.
+    fn end_from(&self, times: &[i64], start: usize) -> Option<End> {
         let mut part = self.task.start(before(times, start), false).ok()?;
         let Frames::Stream(stream) = &mut part.frames else { return None };
         let mut last = None;
@@ -297,7 +316,8 @@ impl Video {
             }
         }
         // The first frames may be of before the start, if ffmpeg cannot begin there.
-        last.filter(|&last| last + 1 >= times[start])
+        let time = last.filter(|&last| last + 1 >= times[start])?;
+        Some(End { start, time, complaint: part.heard.first() })
     }
 
     /// Sees to it that the part gives this frame next, or one not far before it.
@@ -327,6 +347,12 @@ impl Video {
             return Some(());
         }
         let mut part = self.task.start(from, false).ok()?;
+        // Frames of another size than the first one are scaled only from the beginning on.
+        let header = part.header();
+        if (header.size(), header.frame_bytes()) != (self.header.size(), self.header.frame_bytes())
+        {
+            return None;
+        }
         let Frames::Stream(stream) = &mut part.frames else { return None };
         let samples = stream.read_next().ok()??;
         let time = part.heard.time(0).filter(|&time| is_same(time, wanted))?;
@@ -369,12 +395,7 @@ impl Video {
     }
 
     fn picture(&self, raw: &Raw) -> Picture {
-        match &self.part.frames {
-            Frames::Stream(stream) => {
-                self.timed(stream.header().picture(&raw.samples, raw.number), raw.time)
-            }
-            Frames::Whole(_) => unreachable!("its frames are read by number"),
-        }
+        self.timed(self.header.picture(&raw.samples, raw.number), raw.time)
     }
 
     /// Gives a picture its time. One without a time has that of an even rate.
@@ -413,10 +434,7 @@ impl FrameSource for Video {
     /// ffmpeg counts the shortest distance of two frames, as 100 per second in an uneven GIF. If the
     /// average differs from that, it counts.
     fn rate(&self) -> Option<FrameRate> {
-        let told = match &self.part.frames {
-            Frames::Stream(stream) => stream.header().rate,
-            Frames::Whole(file) => file.rate(),
-        };
+        let told = self.header.rate;
         let is_far = |mean: &FrameRate| told.is_none_or(|told| mean.time(100) > told.time(101));
         self.about.mean_rate.filter(is_far).or(told)
     }
