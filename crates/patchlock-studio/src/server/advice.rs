@@ -40,8 +40,7 @@ pub fn project(error: &project::Error) -> Option<String> {
             Some("start the studio with another project file".to_string())
         }
         project::Error::Write { .. } => Some(
-            "free space on the disk, or start the studio with another folder for the projects: \
-             --projects DIR"
+            "free space on the disk, or start the studio with another folder for the projects"
                 .to_string(),
         ),
         _ => error.advice(),
