@@ -54,6 +54,7 @@ impl MultiTracker {
         config = None, *, preset = None, model = None, runtime = None, threads = None,
         channels = "rgb", **settings
     ))]
+    #[expect(clippy::too_many_arguments, reason = "Python calls it with keywords")]
     fn new(
         py: Python<'_>,
         config: Option<Choice>,
