@@ -115,7 +115,7 @@ impl Studio {
         let outside = |path: &Path| {
             let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
             let known = ["frames", "uploads", "frames.patchlock.json", "patchlock-labels.json"];
-            !known.contains(&name.trim_end_matches(".lock"))
+            !known.contains(&name.trim_end_matches(".lock").trim_end_matches(".history"))
         };
         let strange = fs::read_dir(self.scratch.folder()).expect("is there");
         let strange: Vec<_> = strange.flatten().map(|e| e.path()).filter(|p| outside(p)).collect();

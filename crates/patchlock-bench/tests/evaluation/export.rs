@@ -615,7 +615,7 @@ fn inconsistent_options_are_errors_and_nothing_is_written() {
         Format::named("vot")
             .unwrap_err()
             .to_string()
-            .contains("mot, coco, cvat, cvat-obb, yolo, yolo-obb, voc")
+            .contains("mot, kitti, coco, cvat, cvat-obb, yolo, yolo-obb, voc")
     );
 }
 

@@ -161,7 +161,7 @@ fn folders_that_are_missing_or_cannot_be_written_are_named() {
     let everywhere = fs::write(bench.path("closed/probe"), "").is_ok();
     let before = files(bench.folder.path());
     for (mut args, out) in writers() {
-        let place = args.iter().position(|arg| *arg == out).unwrap();
+        let place = args.iter().rposition(|arg| *arg == out).unwrap();
         let (missing, closed) = (format!("missing/{out}"), format!("closed/{out}"));
         args[place] = &missing;
         let result = in_shell(bench.folder.path(), "", &args, "").failure();
