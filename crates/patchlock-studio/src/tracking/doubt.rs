@@ -108,8 +108,9 @@ pub fn unknown(target: &Target, frames: usize) -> Vec<[usize; 2]> {
     known.sort_unstable();
     let (mut unknown, mut next) = (Vec::new(), 0);
     for [first, last] in known.into_iter().chain([[frames; 2]]) {
-        if next < first {
-            unknown.push([next, first - 1]);
+        let end = first.min(frames);
+        if next < end {
+            unknown.push([next, end - 1]);
         }
         next = next.max(last + 1);
     }

@@ -239,7 +239,7 @@ fn a_project_without_boxes_is_not_exported() {
         assert!(!out.exists());
     }
     let error = Format::named("xls").unwrap_err().to_string();
-    assert!(error.contains("csv, mot, coco, cvat, yolo"), "{error}");
+    assert!(error.contains("csv, mot, kitti, coco, cvat, yolo"), "{error}");
 }
 
 #[test]

@@ -78,7 +78,7 @@ fn labels_of_an_import_are_those_of_all_clips() {
     let found = server.send("POST", preview, table.as_bytes()).json();
     let expected = json!({
         "targets": 1, "keys": 2, "boxes": 2, "first": 0, "last": 1, "there": 0,
-        "labels": [{ "name": "boat", "targets": 1, "new": true }], "attributes": {},
+        "labels": [{ "name": "boat", "targets": 1, "new": true }], "attributes": {}, "notes": [],
     });
     assert_eq!(found, expected);
     assert_eq!(project(&server, 1)["targets"], json!([]));

@@ -380,9 +380,14 @@ fn doubtful_places_are_listed() {
     server.edit(json!({ "edit": "set_tracked", "target": 1, "from": 1, "to": 4,
         "tracked": { "1": tracked(0.9), "2": tracked(0.1), "3": tracked(0.1), "4": tracked(0.9) } }));
     let doubts = server.get("/api/clips/1/doubts").json();
-    let doubt = &doubts["doubts"][0];
-    assert!(doubt["target"] == 1 && [2, 3].map(Value::from).contains(&doubt["frame"]));
-    assert!(doubt["reason"].is_string() && doubt["gain"].as_f64().expect("a number") > 0.0);
+    let found = doubts["doubts"].as_array().expect("a list");
+    // What was never tracked, and what is probably wrong.
+    assert_eq!(found[0]["frame"], 5, "{found:?}");
+    assert!(found.iter().any(|doubt| [2, 3].map(Value::from).contains(&doubt["frame"])));
+    for doubt in found {
+        assert!(doubt["target"] == 1 && doubt["reason"].is_string(), "{doubt}");
+        assert!(doubt["gain"].as_f64().expect("a number") > 0.0, "{doubt}");
+    }
     assert_eq!(server.get("/api/clips/1/doubts?target=1").json(), doubts);
 }
 
@@ -402,7 +407,7 @@ fn a_video_without_its_end_is_shown_as_far_as_it_goes() {
     let server = Running::serving(folder, truth, &["crash.mkv"]);
     let clip = server.get("/api/clips/1").json();
     let frames = clip["project"]["video"]["frames"].as_u64().expect("a number") as usize;
-    assert!((FRAMES / 2..FRAMES).contains(&frames), "{frames}");
+    assert!((FRAMES / 4..FRAMES).contains(&frames), "{frames}");
     let notes = clip["notes"].as_array().expect("is there");
     let note = notes[0].as_str().expect("is text");
     assert!(note.starts_with("ffmpeg found damage in") && note.contains("crash.mkv"), "{note}");
