@@ -35,6 +35,7 @@ __all__ = [
     "_box",
     "_checked_config",
     "_export",
+    "_export_formats",
     "_iou",
     "_read_estimates",
     "_restore",
@@ -419,7 +420,7 @@ class Project:
         status: str | Sequence[str] | None = None,
         min_score: float | None = None,
         every: int = 1,
-        key_frames: float = 1,
+        key_frames: float = 1.0,
         overwrite: bool = False,
     ) -> int: ...
     def save(self) -> None: ...

@@ -24,7 +24,6 @@ async function annotate(page, context, proxy, address, folder) {
     await expect(page.locator('#done')).toHaveAttribute('aria-pressed', 'true');
     // The token is kept for the page below this path.
     await page.reload();
-    await work.atFrame(0);
     await expect(work.targets()).toHaveCount(1);
     expect([...work.thrown, ...second.thrown]).toEqual([]);
     expect(proxy.astray).toEqual([]);

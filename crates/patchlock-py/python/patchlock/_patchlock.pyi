@@ -37,6 +37,7 @@ __all__ = [
     "_box",
     "_checked_config",
     "_export",
+    "_export_formats",
     "_iou",
     "_read_estimates",
     "_restore",
@@ -1276,7 +1277,7 @@ class Project:
         status: str | Sequence[str] | None = None,
         min_score: float | None = None,
         every: int = 1,
-        key_frames: float = 1,
+        key_frames: float = 1.0,
         overwrite: bool = False,
     ) -> int:
         """Writes the project in the format of another tool, or as a table.
@@ -1492,10 +1493,16 @@ def _export(
     images: str | os.PathLike[str] | None,
     label: str,
     name: str,
-    key_frames: int,
+    status: str | Sequence[str] | None,
+    min_score: float | None,
+    every: int,
+    key_frames: float,
     overwrite: bool,
 ) -> int:
     """Writes a track in another format; returns the number of files written."""
+
+def _export_formats() -> list[tuple[str, str]]:
+    """The names of all formats, each with what it writes."""
 
 
 def _checked_config(

@@ -114,7 +114,8 @@ fn judge(
     let sees = |(track, seen): &&(&Found, bool)| *seen && track.bbox.overlap(&found.bbox) >= AGREED;
     match tracks.iter().find(sees) {
         None if lost > 0 || was_lost => {
-            let score = tracks.iter().fold(LOST, |least, (track, _)| least.min(track.score));
+            let most = if agreement < AGREED { agreement.min(LOST) } else { LOST };
+            let score = tracks.iter().fold(most, |least, (track, _)| least.min(track.score));
             return Tracked { score, status: Status::Lost, ..joined };
         }
         Some((alone, _)) if lost > 0 => return Found { bbox: found.bbox, ..**alone }.into(),
