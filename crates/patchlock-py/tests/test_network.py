@@ -144,7 +144,7 @@ def test_every_way_to_name_the_network_gives_the_same_boxes(film, files):
     found = boxes(Tracker(film[0], BOX, preset="network", model=files), film)
     assert len({box.x for box in found}) > 1
     for tracker in (
-        Tracker(film[0], BOX, "network", model=network, threads=2),
+        Tracker(film[0], BOX, preset="network", model=network, threads=2),
         Tracker(film[0], BOX, Config("network", model=network), threads=1),
         Tracker(film[0], BOX, Config("network"), model=files),
     ):
@@ -174,7 +174,7 @@ def test_a_tracker_needs_a_network(film, folder):
 
 
 def test_an_estimate_has_no_visibility_and_can_be_drawn(film, network):
-    tracker = Tracker(film[0], BOX, "network", model=network)
+    tracker = Tracker(film[0], BOX, preset="network", model=network)
     for frame in film[1:4]:
         estimate = tracker.update(frame)
         assert estimate.visibility is None and estimate.to_dict()["visible_small"] is None
@@ -206,7 +206,7 @@ def test_what_each_member_of_a_committee_said_can_be_observed(film, network):
 
 
 def test_what_the_network_saw_can_be_observed(film, network):
-    tracker, plain = (Tracker(film[0], BOX, "network", model=network) for _ in range(2))
+    tracker, plain = (Tracker(film[0], BOX, preset="network", model=network) for _ in range(2))
     scores = {}
     for frame in film[1:]:
         estimate, seen = tracker.update_observed(frame)
@@ -226,7 +226,7 @@ def test_what_the_network_saw_can_be_observed(film, network):
 
 
 def test_a_snapshot_needs_its_network(film, network):
-    tracker = Tracker(film[0], BOX, "network", model=network)
+    tracker = Tracker(film[0], BOX, preset="network", model=network)
     tracker.update(film[1])
     snapshot = tracker.snapshot()
     expected = tracker.update(film[2])
@@ -237,7 +237,7 @@ def test_a_snapshot_needs_its_network(film, network):
         Tracker.restore(snapshot)
     with pytest.raises(ValueError, match=f"{network.hash}; given: "):
         Tracker.restore(snapshot, model=VITTRACK)
-    many = MultiTracker("network", model=network)
+    many = MultiTracker(preset="network", model=network)
     many.add(film[0], BOX)
     again = MultiTracker.restore(many.snapshot(), model=network)
     assert again.update(film[1]) == many.update(film[1])
@@ -247,8 +247,8 @@ def test_a_snapshot_needs_its_network(film, network):
 
 @pytest.mark.parametrize("again", [lambda t: pickle.loads(pickle.dumps(t)), copy.deepcopy, copy.copy])
 def test_a_copy_gives_the_same_boxes(film, network, again):
-    tracker = Tracker(film[0], BOX, "network", model=network)
-    many = MultiTracker("network", model=network)
+    tracker = Tracker(film[0], BOX, preset="network", model=network)
+    many = MultiTracker(preset="network", model=network)
     many.add(film[0], BOX)
     for copied, original in ((again(tracker), tracker), (again(many), many)):
         assert copied.config == original.config and copied.config.model == network
@@ -256,7 +256,7 @@ def test_a_copy_gives_the_same_boxes(film, network, again):
 
 
 def test_a_pickle_names_the_files_and_shares_the_network(film, folder, network):
-    trackers = [Tracker(film[0], BOX, "network", model=network) for _ in range(2)]
+    trackers = [Tracker(film[0], BOX, preset="network", model=network) for _ in range(2)]
     pickled = pickle.dumps([network, *trackers])
     for file in folder.iterdir():
         assert file.read_bytes()[1000:1064] not in pickled
@@ -267,7 +267,7 @@ def test_a_pickle_names_the_files_and_shares_the_network(film, folder, network):
 
 def test_a_pickle_needs_unchanged_files(film, tmp_path):
     folder = nanotrack_in(tmp_path / "model")
-    tracker = Tracker(film[0], BOX, "network", model=folder)
+    tracker = Tracker(film[0], BOX, preset="network", model=folder)
     things = [pickle.dumps(thing) for thing in (tracker, tracker.config, tracker.config.model)]
     shutil.copy(VITTRACK, folder.with_name("vittrack.onnx"))
     shutil.rmtree(folder)
@@ -282,7 +282,7 @@ def test_a_pickle_needs_unchanged_files(film, tmp_path):
 
 def test_a_network_from_bytes_is_copied_but_not_pickled(film):
     network = Network(VITTRACK.read_bytes())
-    tracker = Tracker(film[0], BOX, "network", model=network)
+    tracker = Tracker(film[0], BOX, preset="network", model=network)
     for thing in (network, tracker, tracker.config):
         with pytest.raises(TypeError, match="made from bytes can't be pickled"):
             pickle.dumps(thing)
@@ -300,7 +300,7 @@ def test_onnxruntime_gives_the_same_boxes(film, folder, network):
     assert (other.runtime, other) == ("onnxruntime", network)
     assert pickle.loads(pickle.dumps(other)).runtime == "onnxruntime"
     assert Network(folder, runtime=_onnxruntime.library()).runtime == "onnxruntime"
-    ours, theirs = (boxes(Tracker(film[0], BOX, "network", model=one), film) for one in (network, other))
+    ours, theirs = (boxes(Tracker(film[0], BOX, preset="network", model=one), film) for one in (network, other))
     assert np.array(ours) == pytest.approx(np.array(theirs), abs=0.5)
 
 
