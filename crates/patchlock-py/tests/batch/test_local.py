@@ -361,7 +361,7 @@ def test_score_and_report_read_the_results_and_the_collected_truth(
         ({"threads": 0}, "threads is 0"),
         ({"retries": -1}, "retries is -1"),
         ({"name": "a/b"}, "name of a folder"),
-        ({"config": "papr"}, "unknown preset `papr`"),
+        ({"preset": "papr"}, "unknown preset `papr`"),
         ({"config": TOO_LARGE}, "large_patch"),
     ],
 )
