@@ -44,8 +44,9 @@ pub fn choice(
     Ok((Selection { status, min_score, every }, KeyFrames::of(key_frames)?))
 }
 
-/// Warns of boxes that are left out although the caller has not chosen the statuses.
-pub fn warn(py: Python<'_>, selection: &Selection, written: &Written) -> PyResult<()> {
+/// Warns of boxes that are left out although the caller has not chosen the statuses. The caller is
+/// so many frames of Python up.
+pub fn warn(py: Python<'_>, selection: &Selection, written: &Written, level: i32) -> PyResult<()> {
     let by_status: usize = written.boxes.left_by_status.iter().sum();
     if selection.status.is_some() || by_status == 0 {
         return Ok(());
@@ -54,12 +55,12 @@ pub fn warn(py: Python<'_>, selection: &Selection, written: &Written) -> PyResul
         "{}. Give status to choose the boxes, such as status=\"tracked,uncertain\"",
         written.boxes.remarks().join("; ")
     );
-    warn_of(py, &text)
+    warn_of(py, &text, level)
 }
 
-/// Warns the caller.
-pub fn warn_of(py: Python<'_>, text: &str) -> PyResult<()> {
-    PyErr::warn(py, &py.get_type::<PyUserWarning>(), &std::ffi::CString::new(text)?, 1)
+/// Warns the caller, who is so many frames of Python up.
+pub fn warn_of(py: Python<'_>, text: &str, level: i32) -> PyResult<()> {
+    PyErr::warn(py, &py.get_type::<PyUserWarning>(), &std::ffi::CString::new(text)?, level)
 }
 
 /// The names of all formats, each with what it writes.
@@ -104,7 +105,7 @@ pub fn export(
         write(&track?, &options, &out, overwrite)
     });
     let written = written.map_err(|error| to_python(&error))?;
-    warn(py, &options.selection, &written)?;
+    warn(py, &options.selection, &written, 2)?;
     Ok(written.files)
 }
 

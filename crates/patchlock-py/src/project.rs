@@ -303,7 +303,7 @@ impl Project {
         });
         let notes = imported.map_err(to_python)?;
         if !notes.is_empty() {
-            warn_of(py, &notes)?;
+            warn_of(py, &notes, 1)?;
         }
         Ok((first..self.store.project().next_id).collect())
     }
@@ -363,7 +363,7 @@ impl Project {
         let project = self.store.project();
         let written = py.detach(|| export::write(project, video, &options, &out, overwrite));
         let written = written.map_err(to_python)?;
-        warn(py, &options.selection, &written)?;
+        warn(py, &options.selection, &written, 1)?;
         Ok(written.files)
     }
 
