@@ -70,7 +70,7 @@ impl BoundingBox {
     /// Checks that tracking can begin on this box in a frame of this size.
     ///
     /// # Errors
-    /// [`Error::BoxShape`] if a number is not finite or a side is below 1 or above [`MAX_SIDE`];
+    /// [`Error::BoxShape`] if a number is not finite or a side is below 1 or above 100,000;
     /// [`Error::BoxOutside`] if the box covers no part of the frame.
     pub fn check_in(&self, width: usize, height: usize) -> Result<(), Error> {
         let Self { x, y, w, h } = *self;

@@ -3,7 +3,7 @@
 /// The maximum number of atoms in a code.
 pub const MAX_ATOMS: usize = 8;
 
-/// The code of one patch: up to [`MAX_ATOMS`] atoms, in the order in which they were chosen, with
+/// The code of one patch: up to `MAX_ATOMS` atoms, in the order in which they were chosen, with
 /// signed coefficients.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Code {
@@ -28,7 +28,7 @@ impl Code {
         self.support().iter().zip(self.coefficients()).map(|(&atom, &x)| (atom as usize, x))
     }
 
-    /// A code of these atoms and coefficients; atoms beyond [`MAX_ATOMS`] are dropped.
+    /// A code of these atoms and coefficients; atoms beyond `MAX_ATOMS` are dropped.
     pub fn new(atoms: &[usize], coefficients: &[f64]) -> Self {
         let mut code = Self::default();
         for (&atom, &x) in atoms.iter().zip(coefficients).take(MAX_ATOMS) {
@@ -43,7 +43,7 @@ impl Code {
 /// How codes are made.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CodeParams {
-    /// Maximum number of atoms in a code; at most [`MAX_ATOMS`].
+    /// Maximum number of atoms in a code; at most `MAX_ATOMS`.
     pub atoms: usize,
     /// An atom is eligible while `||d_res||^2` is at least this.
     pub min_residual: f64,
