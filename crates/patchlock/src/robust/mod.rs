@@ -151,7 +151,7 @@ impl RobustTarget {
         *pose = locator.locate(FrameContext { frame, window, memory }, *pose, sample, buffers);
     }
 
-    /// Searches while the target is lost or unseen; what is found is on trial. Says whether it is
+    /// Searches while the target is lost or occluded; a re-detection is verified. Says whether it is
     /// found.
     fn find_again(&mut self, frame: &Frame<'_>, scratch: &mut RobustScratch) -> bool {
         let (last, next) = match self.state.phase {
