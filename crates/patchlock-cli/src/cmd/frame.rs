@@ -7,8 +7,8 @@ use anyhow::{Context, Result};
 use clap::Args;
 use patchlock_media::live::Address;
 use patchlock_media::{Limits, Order, Picture};
-use patchlock_studio::drawing::canvas::{Area, Canvas};
-use patchlock_studio::drawing::text;
+use patchlock_drawing::canvas::{Area, Canvas};
+use patchlock_drawing::text;
 
 use super::{LimitArgs, input};
 use crate::failure::{Failure, failed, interrupted, say, usage};
