@@ -265,7 +265,7 @@ test('a target of a live source is drawn again while it is tracked', async ({ pa
     await page.locator('#frame').press('ArrowRight');
     const again = await frameShown(page);
     await page.getByLabel('Box', { exact: true }).fill(drawn.join(','));
-    await page.getByLabel('of', { exact: true }).selectOption('2');
+    await page.locator('#target').selectOption({ index: 1 });
     await page.waitForTimeout(1000);
     await page.getByRole('button', { name: 'Restart' }).click();
     await expect(page.locator('#state')).toContainText('ms from the camera to the screen');

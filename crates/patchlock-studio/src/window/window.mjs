@@ -5,8 +5,8 @@
  * @typedef {{x: number, y: number, w: number, h: number}} Box
  * @typedef {{id?: number, name?: string, status: string, score: number, box: [number, number, number, number],
  *     corners: [number, number][]}} Target
- * @typedef {{ask?: boolean, newer?: boolean, redraw?: boolean, frame: number, at?: number, fps?: number, dropped?: number,
- *     targets: Target[]}} About
+ * @typedef {{ask?: boolean, newer?: boolean, redraw?: boolean, frame: number, at?: number, fps?: number,
+ *     dropped?: number, targets: Target[]}} About
  */
 
 /** @template {HTMLElement} T @param {string} id @returns {T} */
