@@ -67,7 +67,7 @@ fn bill(root: &Path) -> Result<Vec<(String, usize, [usize; 3])>> {
     let (next, done) = (AtomicUsize::new(0), Mutex::new(BTreeMap::new()));
     let work = || {
         while let Some(sequence) = dataset.sequences.get(next.fetch_add(1, Ordering::Relaxed)) {
-            let keys = Course::new(sequence).and_then(|mut course| course.keys());
+            let keys = AnnotationRun::new(sequence).and_then(|mut run| run.keys());
             eprintln!("{}", sequence.name);
             done.lock().unwrap().insert(sequence.name.clone(), (sequence.truth.len(), keys));
         }
@@ -85,7 +85,7 @@ fn middle_of_the_longest(target: &Target) -> usize {
 }
 
 /// The ground truth of a target, and what was tracked from its frames so far.
-struct Course<'a> {
+struct AnnotationRun<'a> {
     sequence: &'a Sequence,
     first: usize,
     /// By the frame that was tracked from and whether it was forward; the frames in the order of
@@ -93,15 +93,14 @@ struct Course<'a> {
     found: HashMap<(usize, bool), Vec<Found>>,
 }
 
-impl<'a> Course<'a> {
+impl<'a> AnnotationRun<'a> {
     fn new(sequence: &'a Sequence) -> Result<Self> {
         let first = sequence.truth.iter().position(Option::is_some).ok_or("no truth")?;
         Ok(Self { sequence, first, found: HashMap::new() })
     }
 
     fn keys(&mut self) -> Result<[usize; 3]> {
-        let interpolated =
-            self.fill(|course, keys| Ok(course.interpolate(keys)), |_, worst| worst)?;
+        let interpolated = self.fill(|run, keys| Ok(run.interpolate(keys)), |_, worst| worst)?;
         let frames = self.sequence.truth.len();
         let ours =
             self.fill(Self::track, |target, _| match doubt::doubts(target, frames).first() {

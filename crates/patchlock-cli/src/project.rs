@@ -132,18 +132,18 @@ const LABEL: &str = "target";
 
 impl Sink for Output {
     fn write(&mut self, frame: &Tracked<'_>) -> Result<()> {
-        for seen in frame.targets {
-            let id = seen.id.unwrap_or(1);
+        for target in frame.targets {
+            let id = target.id.unwrap_or(1);
             let is_start = self
                 .starts
                 .iter()
                 .any(|&(at, other)| other == id && at.map_or(!self.begun, |at| at == frame.frame));
             let boxes = self.boxes.entry(id).or_default();
             if is_start {
-                let key = project::Key { bbox: seen.bbox, occluded: false, truncated: false };
+                let key = project::Key { bbox: target.bbox, occluded: false, truncated: false };
                 boxes.keys.insert(frame.frame, key);
             } else {
-                boxes.tracked.insert(frame.frame, Found::from(&seen.estimate).into());
+                boxes.tracked.insert(frame.frame, Found::from(&target.estimate).into());
             }
         }
         self.begun = true;

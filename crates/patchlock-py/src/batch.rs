@@ -12,12 +12,12 @@ use patchlock_bench::bench::job::{self, BenchJobs, Frames, Job, Watched, Watcher
 use patchlock_bench::bench::plan::{Entrant, MOST_SECONDS, MOST_SEEDS, Options};
 use patchlock_bench::bench::schemes::{Scheme, Start};
 use patchlock_bench::bench::store::{self, Clip, Identity, Series, Written};
-use patchlock_cli::output::behind::Behind;
+use patchlock_cli::output::background_sink::BackgroundSink;
+use patchlock_cli::output::partial_files;
 use patchlock_cli::output::pending::PendingFile;
-use patchlock_cli::output::unfinished;
 use patchlock_cli::output::video::{QUALITY, Video, played_by};
 use patchlock_cli::output::view::{Style, View};
-use patchlock_cli::output::{Seen, Sink, Tracked};
+use patchlock_cli::output::{Sink, TargetResult, TrackedFrame};
 use patchlock_media::FrameRate;
 use patchlock_track::{ModelPaths, text};
 use pyo3::exceptions::PyValueError;
@@ -172,7 +172,7 @@ fn read(job: &str) -> PyResult<Message> {
 /// Removes the parts of files that this process writes. It must end after this.
 #[pyfunction]
 pub fn abandon_files() {
-    unfinished::abandon();
+    partial_files::clean_up();
 }
 
 /// Performs a run; returns its boxes as text and its manifest. Its video is then complete.
@@ -202,7 +202,7 @@ struct Drawing {
     file: PathBuf,
     stride: usize,
     /// `None` before the first frame.
-    sink: Option<Box<Behind>>,
+    sink: Option<Box<BackgroundSink>>,
 }
 
 impl Drawing {
@@ -227,15 +227,15 @@ impl Watcher for Drawing {
         let pending = pending.map_err(|error| self.error(&error))?;
         let (rate, view) = (played_by(rate, self.stride), View::new(Style::default()));
         let video = Video::new(pending, rate, view, QUALITY, expected);
-        self.sink = Some(Box::new(Behind::new(video)));
+        self.sink = Some(Box::new(BackgroundSink::new(video)));
         Ok(())
     }
 
     fn see(&mut self, seen: Watched<'_>) -> Result<(), Error> {
         let Watched { frame, picture, bbox, estimate, seconds } = seen;
-        let targets = [Seen { id: None, name: None, bbox, estimate: estimate.clone() }];
+        let targets = [TargetResult { id: None, name: None, bbox, estimate: estimate.clone() }];
         let picture = &Arc::new(picture);
-        let tracked = Tracked { frame, ms: seconds * 1e3, targets: &targets, picture };
+        let tracked = TrackedFrame { frame, ms: seconds * 1e3, targets: &targets, picture };
         let written = self.sink.as_mut().map_or(Ok(()), |sink| sink.write(&tracked));
         written.map_err(|error| self.error(&error))
     }
