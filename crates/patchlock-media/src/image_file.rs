@@ -6,7 +6,7 @@ use std::path::Path;
 use image::metadata::Orientation;
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
 
-use crate::guard::{self, Panicked};
+use crate::guard::{self, DecoderPanic};
 use crate::image_parts::{self, PartsError};
 use crate::limits::{self, Limits, TooLarge};
 use crate::plain_file::{self, OpenError, PlainFile};
@@ -36,7 +36,7 @@ pub enum LoadError {
     Cut,
     /// The decoder failed on the data.
     #[error("{0}")]
-    Panicked(#[from] Panicked),
+    Panicked(#[from] DecoderPanic),
     /// The image has more pixels than are accepted.
     #[error("{0}")]
     TooLarge(#[from] TooLarge),

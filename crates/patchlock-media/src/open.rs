@@ -12,8 +12,8 @@ use crate::plain_file::{self, OpenError};
 use crate::playlist::{self, is_playlist};
 use crate::webp_animation::{self, WebpAnimation};
 use crate::{
-    Error, FrameFault, FrameRate, FrameSource, Note, Picture, apart, ffmpeg, guard, image_file,
-    image_parts, y4m,
+    Error, FrameFault, FrameRate, FrameSource, Note, Picture, ffmpeg, guard, image_file,
+    image_parts, sandbox, y4m,
 };
 
 /// Opens a folder of images, a printf pattern, a glob, an image, a video file, or `-` for Y4M on
@@ -60,8 +60,8 @@ fn guarded(
     open: impl FnOnce() -> Result<Box<dyn FrameSource>, Error>,
 ) -> Result<Box<dyn FrameSource>, Error> {
     let shown = name.display().to_string();
-    let source = guard::decoding(open).map_err(|panicked| Error::unreadable(&shown, panicked))?;
-    Ok(Box::new(Guarded { source: source?, name: shown }))
+    let source = guard::decoding(open).map_err(|panic| Error::unreadable(&shown, panic))?;
+    Ok(Box::new(PanicGuard { source: source?, name: shown }))
 }
 
 /// The files that [`open`] would read for this name: none for standard input, and for what cannot
@@ -88,12 +88,12 @@ fn images_of(name: &OsStr) -> Option<Result<ImageSequence, Error>> {
 }
 
 /// A source whose decoder may panic.
-struct Guarded {
+struct PanicGuard {
     source: Box<dyn FrameSource>,
     name: String,
 }
 
-impl FrameSource for Guarded {
+impl FrameSource for PanicGuard {
     fn length(&self) -> Option<usize> {
         self.source.length()
     }
@@ -111,8 +111,8 @@ impl FrameSource for Guarded {
     }
 
     fn count(&mut self) -> Result<usize, Error> {
-        guard::decoding(|| self.source.count()).unwrap_or_else(|panicked| {
-            let reason = format!("its frames cannot be counted: {panicked}");
+        guard::decoding(|| self.source.count()).unwrap_or_else(|panic| {
+            let reason = format!("its frames cannot be counted: {panic}");
             Err(Error::unreadable(&self.name, reason))
         })
     }
@@ -122,9 +122,9 @@ impl FrameSource for Guarded {
     }
 
     fn frame(&mut self, index: usize) -> Result<Option<Picture>, Error> {
-        guard::decoding(|| self.source.frame(index)).unwrap_or_else(|panicked| {
+        guard::decoding(|| self.source.frame(index)).unwrap_or_else(|panic| {
             let (name, fault) = (self.name.clone(), FrameFault::Unreadable);
-            Err(Error::Frame { index, name, fault, reason: panicked.to_string() })
+            Err(Error::Frame { index, name, fault, reason: panic.to_string() })
         })
     }
 }
@@ -135,17 +135,17 @@ fn open_unguarded(
     limits: Limits,
     program: Option<ffmpeg::Program>,
 ) -> Result<Box<dyn FrameSource>, Error> {
-    let found = match apart::find(name, reverse, limits) {
+    let found = match sandbox::find(name, reverse, limits) {
         Some(found) => found?,
         None => find(name, reverse, limits, program.clone())?,
     };
     let path = Path::new(name);
     match (found, program) {
-        (Found::Source(source), _) => Ok(source),
-        (Found::ForFfmpeg { reason, times }, Some(program)) => {
+        (OpenedSource::Source(source), _) => Ok(source),
+        (OpenedSource::ForFfmpeg { reason, times }, Some(program)) => {
             ffmpeg::open(path, &reason, reverse, limits, times, program)
         }
-        (Found::ForFfmpeg { reason, .. }, None) => {
+        (OpenedSource::ForFfmpeg { reason, .. }, None) => {
             let reason = format!("it {reason}, which ffmpeg would read");
             Err(Error::unreadable(path.display(), reason))
         }
@@ -153,7 +153,7 @@ fn open_unguarded(
 }
 
 /// What a name leads to.
-pub enum Found {
+pub enum OpenedSource {
     /// A source that this crate reads.
     Source(Box<dyn FrameSource>),
     /// A file for ffmpeg.
@@ -165,7 +165,7 @@ pub enum Found {
     },
 }
 
-impl Found {
+impl OpenedSource {
     fn source(source: impl FrameSource + 'static) -> Self {
         Self::Source(Box::new(source))
     }
@@ -177,22 +177,22 @@ fn find(
     reverse: bool,
     limits: Limits,
     program: Option<ffmpeg::Program>,
-) -> Result<Found, Error> {
+) -> Result<OpenedSource, Error> {
     if name == "-" {
         let input = std::io::stdin();
         let stream = y4m::open_stream(input, "standard input", reverse, limits);
-        return stream.map(Found::Source);
+        return stream.map(OpenedSource::Source);
     }
     let path = Path::new(name);
     // An existing file or folder takes precedence over a pattern or glob of the same name.
     if path.is_dir() {
-        return Ok(Found::source(ImageSequence::folder(path)?.within(limits)));
+        return Ok(OpenedSource::source(ImageSequence::folder(path)?.within(limits)));
     }
     if path.exists() {
         return find_file(path, reverse, limits, program);
     }
     match images_of(name) {
-        Some(images) => Ok(Found::source(images?.within(limits))),
+        Some(images) => Ok(OpenedSource::source(images?.within(limits))),
         None => Err(Error::Missing { name: name.display().to_string() }),
     }
 }
@@ -204,11 +204,13 @@ pub fn find_guarded(
     reverse: bool,
     limits: Limits,
     program: ffmpeg::Program,
-) -> Result<Found, Error> {
+) -> Result<OpenedSource, Error> {
     let shown = name.display().to_string();
     let found = guard::decoding(|| find(name, reverse, limits, Some(program)));
-    match found.map_err(|panicked| Error::unreadable(&shown, panicked))?? {
-        Found::Source(source) => Ok(Found::source(Guarded { source, name: shown })),
+    match found.map_err(|panic| Error::unreadable(&shown, panic))?? {
+        OpenedSource::Source(source) => {
+            Ok(OpenedSource::source(PanicGuard { source, name: shown }))
+        }
         found => Ok(found),
     }
 }
@@ -221,10 +223,10 @@ fn find_file(
     reverse: bool,
     limits: Limits,
     program: Option<ffmpeg::Program>,
-) -> Result<Found, Error> {
+) -> Result<OpenedSource, Error> {
     let others = |reason: &str, times| {
         let reason = reason.to_string();
-        Ok(Found::ForFfmpeg { reason, times })
+        Ok(OpenedSource::ForFfmpeg { reason, times })
     };
     let cannot = |error: &dyn std::fmt::Display| Error::unreadable(path.display(), error);
     let mut plain = plain_file::open(path).map_err(|error| match error {
@@ -236,17 +238,17 @@ fn find_file(
         return Err(cannot(&"the file is empty"));
     }
     if head.starts_with(y4m::MAGIC) {
-        return Ok(Found::source(y4m::Y4mFile::open(path, limits)?));
+        return Ok(OpenedSource::source(y4m::Y4mFile::open(path, limits)?));
     }
     if webp_animation::is_animated(&head) {
-        return Ok(Found::source(WebpAnimation::open(path, limits)?));
+        return Ok(OpenedSource::source(WebpAnimation::open(path, limits)?));
     }
     if image_file::is_image(path) {
         let more = plain.read(PNG_HEAD).map_err(|error| cannot(&error))?;
         if image_parts::pictures(&[head, more].concat(), Some(ImageFormat::Png)) > 1 {
             return others("is an animated PNG", None);
         }
-        return Ok(Found::source(ImageSequence::single(path)?.within(limits)));
+        return Ok(OpenedSource::source(ImageSequence::single(path)?.within(limits)));
     }
     if is_playlist(&head) {
         return Err(Error::Playlist { path: path.to_path_buf() });
@@ -255,7 +257,7 @@ fn find_file(
         return others("is not an image, MP4 or Y4M file", None);
     }
     match Mp4::open(path, reverse, limits, program) {
-        Ok(video) => Ok(Found::source(video)),
+        Ok(video) => Ok(OpenedSource::source(video)),
         Err(mp4_reader::OpenError::Codec(codec)) => {
             let times = mp4_reader::frame_times(path);
             others(&format!("holds {codec}"), times)

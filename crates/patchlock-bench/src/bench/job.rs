@@ -5,7 +5,7 @@ use std::path::{self, PathBuf};
 use std::time::Duration;
 
 use patchlock::{BoundingBox, Estimate};
-use patchlock_media::{Ahead, FrameRate, Order, Picture};
+use patchlock_media::{FrameRate, Order, Picture, Prefetcher};
 use serde::{Deserialize, Serialize};
 
 use super::plan::{self, Options, Plan};
@@ -158,7 +158,7 @@ impl Job {
         if let Some(watcher) = &mut watcher {
             watcher.begin(source.rate(), order.count(source.length()))?;
         }
-        let frames = Ahead::start(source, indices).map(|frame| frame.map_err(Error::from));
+        let frames = Prefetcher::start(source, indices).map(|frame| frame.map_err(Error::from));
         let mut subject = Patchlock::of(&self.identity()?, self.seed, self.threads)?;
         let trajectory = runner::trace(frames, |(index, picture): (usize, Picture), is_first| {
             let bbox = self.start.bbox;

@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use patchlock::{BoundingBox, TrackerConfig};
-use patchlock_media::{Ahead, Limits, Picture};
+use patchlock_media::{Limits, Picture, Prefetcher};
 use patchlock_track::session::Session;
 use rayon::ThreadPool;
 
@@ -104,8 +104,8 @@ impl Engine {
         let backward = to < first;
         let source = patchlock_media::open_within(&self.video, backward, self.limits)?;
         let mut frames = match backward {
-            true => Ahead::start(source, (to..=first).rev()),
-            false => Ahead::start(source, first..=to),
+            true => Prefetcher::start(source, (to..=first).rev()),
+            false => Prefetcher::start(source, first..=to),
         };
         let tracker = |frame, reason| Error::Tracker { frame, reason };
         let mut session = None;
