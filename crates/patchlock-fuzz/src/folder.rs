@@ -10,7 +10,7 @@ use image::{DynamicImage, ImageFormat, RgbImage};
 use patchlock::BoundingBox;
 use patchlock_media::{image_file, open_without_ffmpeg};
 use patchlock_studio::export as studio_export;
-use patchlock_studio::project::{Edit, LABELS_FILE, Shared, Store};
+use patchlock_studio::project::{Edit, LABELS_FILE, SharedLabels, Store};
 use patchlock_track::export::{self, Entry, Format, Track};
 use patchlock_track::files;
 use serde_json::json;
@@ -285,7 +285,7 @@ fn read(folder: &Path) {
         accepted(Store::open_shared(path, None));
         accepted(Store::open_shared(path, Some(folder)));
     }
-    accepted(Shared::new(folder).read());
+    accepted(SharedLabels::new(folder).read());
 }
 
 /// Exports the images of a folder and the clips of its projects, and looks at what was copied.

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 
 use patchlock::{BoundingBox, Status};
-use patchlock_track::export::{self, Entry, Format, KeyFrames, Options, Said, Track};
+use patchlock_track::export::{self, Entry, Format, KeyFrames, ManualFlags, Options, Track};
 use proptest::prelude::*;
 use serde_json::Value;
 
@@ -187,20 +187,21 @@ fn entry(frame: usize, id: u64, state: State, [x, y, w, h]: [f64; 4]) -> Option<
         score: Some(0.9),
         corners: Some([[left, top], [right, top], [right, bottom], [left, bottom]]),
         status: None,
-        said: None,
+        manual: None,
     };
     match state {
         State::Nothing => None,
         State::Blank => Some(Entry { bbox: None, ..entry }),
         State::Lost => Some(Entry { status: Some(Status::Lost), ..entry }),
         State::Hidden => {
-            let said = Some(Said { hidden: true, ..Said::default() });
-            Some(Entry { bbox: None, said, ..entry })
+            let manual = Some(ManualFlags { hidden: true, ..ManualFlags::default() });
+            Some(Entry { bbox: None, manual, ..entry })
         }
         State::Found { score, status } => Some(Entry { score, status, ..entry }),
-        State::Drawn { occluded } => {
-            Some(Entry { said: Some(Said { occluded, ..Said::default() }), ..entry })
-        }
+        State::Drawn { occluded } => Some(Entry {
+            manual: Some(ManualFlags { occluded, ..ManualFlags::default() }),
+            ..entry
+        }),
     }
 }
 
@@ -208,12 +209,12 @@ fn entry(frame: usize, id: u64, state: State, [x, y, w, h]: [f64; 4]) -> Option<
 fn expected(entries: &[Entry]) -> BTreeMap<(u64, usize), ([f64; 4], bool, bool)> {
     let of = |entry: &Entry| {
         let BoundingBox { x, y, w, h } = entry.found()?;
-        let occluded = match entry.said {
-            Some(said) => said.occluded,
+        let occluded = match entry.manual {
+            Some(manual) => manual.occluded,
             None => entry.score.is_some_and(|score| score < 0.5),
         };
         let occluded = occluded || entry.status == Some(Status::Uncertain);
-        Some(((entry.id, entry.frame), ([x, y, w, h], occluded, entry.said.is_some())))
+        Some(((entry.id, entry.frame), ([x, y, w, h], occluded, entry.manual.is_some())))
     };
     entries.iter().filter_map(of).collect()
 }

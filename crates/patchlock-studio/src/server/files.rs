@@ -14,7 +14,7 @@ use axum::http::header::{CONTENT_DISPOSITION, CONTENT_LENGTH, CONTENT_TYPE};
 use axum::response::{IntoResponse as _, Response};
 use futures_util::stream;
 use patchlock_media::Limits;
-use patchlock_track::export::{KeyFrames, Selection, Written};
+use patchlock_track::export::{ExportSummary, KeyFrames, Selection};
 use serde::Deserialize;
 use serde_json::{Value, json};
 use tempfile::{NamedTempFile, TempPath};
@@ -27,7 +27,7 @@ use super::answer::{BodyReader, PathParam, QueryParams, Refusal, aside};
 use super::app::App;
 use super::clips::{Clips, OpenClip};
 use super::options::ProjectLocation;
-use crate::import::Imported;
+use crate::import::ImportResult;
 use crate::project::{Attribute, Project, Target};
 use crate::{export, import, project};
 
@@ -50,7 +50,7 @@ pub async fn upload(
     QueryParams(UploadQuery { name }): QueryParams<UploadQuery>,
     body: Body,
 ) -> Result<Json<Value>, Refusal> {
-    let mut pieces = BodyReader::new(body, app.upload_bytes, app.patience.body)?;
+    let mut pieces = BodyReader::new(body, app.upload_bytes, app.timeouts.body)?;
     let name = plain_name(&name)?;
     let folder = app.uploads.clone();
     let file = aside({
@@ -142,7 +142,7 @@ pub async fn import_boxes(
 ) -> Result<Json<Value>, Refusal> {
     let clip = app.clips.open(clip).await?;
     let format = import::Format::named(&format)?;
-    let content = BodyReader::new(body, TABLE_BYTES, app.patience.body)?.whole().await?;
+    let content = BodyReader::new(body, TABLE_BYTES, app.timeouts.body)?.whole().await?;
     let files = match format.has_files() {
         true => files_of(&content)?,
         false => vec![import::File { name: String::new(), content }],
@@ -166,10 +166,10 @@ fn files_of(content: &[u8]) -> Result<Vec<import::File>, Refusal> {
 /// Says what an import would add, without adding it.
 fn preview_of(
     clip: &OpenClip,
-    read: impl FnOnce(&Project) -> Result<Imported, project::Error>,
+    read: impl FnOnce(&Project) -> Result<ImportResult, project::Error>,
 ) -> Result<Value, Refusal> {
     let known = clip.hold().store.project().clone();
-    let Imported { targets: found, declared, notes } = read(&known.without_targets())?;
+    let ImportResult { targets: found, declared, notes } = read(&known.without_targets())?;
     let frames = |target: &Target| target.keys.len() + target.tracked.len();
     let mut labels: BTreeMap<&str, usize> = BTreeMap::new();
     found.iter().for_each(|target| *labels.entry(&target.label).or_default() += 1);
@@ -219,7 +219,7 @@ fn new_attributes(
 fn add(
     clips: &Clips,
     clip: &OpenClip,
-    read: impl FnOnce(&Project) -> Result<Imported, project::Error>,
+    read: impl FnOnce(&Project) -> Result<ImportResult, project::Error>,
 ) -> Result<Value, Refusal> {
     let known = clip.hold().store.project().without_targets();
     let (revision, ids) = clips.import(clip, read(&known)?)?;
@@ -292,7 +292,7 @@ impl ExportQuery {
 const REMARKS: &str = "patchlock-remarks";
 
 /// Adds what an export has left out, and what is doubtful.
-fn with_remarks(mut answer: Response, written: &Written) -> Response {
+fn with_remarks(mut answer: Response, written: &ExportSummary) -> Response {
     let remarks = written.remarks().join("; ");
     if let Ok(remarks) = HeaderValue::from_str(&remarks)
         && !remarks.is_empty()
@@ -358,7 +358,7 @@ pub async fn export_all(
 
 /// All clips of the page, under names that differ. One that cannot be opened is an error: a data
 /// set without it would look complete.
-fn of_all(clips: &Clips) -> Result<Vec<export::OfFolder>, Refusal> {
+fn of_all(clips: &Clips) -> Result<Vec<export::FolderClip>, Refusal> {
     let mut names = BTreeSet::new();
     let mut all = Vec::new();
     for clip in clips.all() {
@@ -368,7 +368,7 @@ fn of_all(clips: &Clips) -> Result<Vec<export::OfFolder>, Refusal> {
         let name = tries.find(|name| names.insert(name.clone())).unwrap_or_default();
         let project = opened.hold().store.project().clone();
         let video = Some(opened.engine.video.clone());
-        all.push(export::OfFolder { name, project, video });
+        all.push(export::FolderClip { name, project, video });
     }
     Ok(all)
 }
@@ -447,7 +447,7 @@ mod tests {
     use axum::http::{Method, Request};
     use patchlock::{BoundingBox, Preset, TrackerConfig};
 
-    use super::super::{AllowedHosts, InProcessServer, Options, Patience, STRANGERS, Server};
+    use super::super::{AllowedHosts, InProcessServer, Options, STRANGERS, Server, Timeouts};
     use super::*;
     use crate::project::Key;
 
@@ -468,7 +468,7 @@ mod tests {
             config: TrackerConfig::from(Preset::Robust),
             threads: Some(1),
             limits: patchlock_media::Limits::default(),
-            patience: Patience::default(),
+            timeouts: Timeouts::default(),
             strangers: STRANGERS,
             uploads: folder.join("uploads"),
             upload_bytes: 1,
@@ -512,7 +512,7 @@ mod tests {
                 let keys = [(0, key)].into();
                 let (attributes, changes, tracked, hidden) = Default::default();
                 let target = Target { id: 1, label, attributes, changes, keys, tracked, hidden };
-                Ok(Imported { targets: vec![target], ..Imported::default() })
+                Ok(ImportResult { targets: vec![target], ..ImportResult::default() })
             })
         }));
         has_begun.recv_timeout(LONG).expect("begins");

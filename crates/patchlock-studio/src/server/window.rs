@@ -28,12 +28,12 @@ use tokio::sync::watch;
 
 use super::access::{self, Access};
 use super::answer::{BodyReader, PathParam, Refusal};
-use super::code::{self, CodeStatus, Exchange, OneTimeCode};
+use super::code::{self, CodeStatus, OneTimeCode, TokenRequest};
 use super::error::Error;
 use super::frames::jpeg;
 use super::host::AllowedHosts;
 use super::options::STRANGERS;
-use super::pace::{Patience, SENDING};
+use super::timeouts::{SENDING, Timeouts};
 use super::{connections, token};
 
 /// Largest message of a page: many boxes.
@@ -155,7 +155,7 @@ impl Window {
         let entered = runtime.enter();
         let listener = tokio::net::TcpListener::from_std(listener).map_err(start)?;
         drop(entered);
-        runtime.spawn(connections::accept(listener, routes, STRANGERS, Patience::default()));
+        runtime.spawn(connections::accept(listener, routes, STRANGERS, Timeouts::default()));
         Ok(Self { shared, runtime: Some(runtime) })
     }
 
@@ -289,10 +289,10 @@ async fn exchange(
     State(shared): State<Arc<WindowState>>,
     body: Body,
 ) -> Result<Json<Value>, Refusal> {
-    let patience = Patience::default();
-    let Exchange { code } =
-        BodyReader::new(body, code::REQUEST_BYTES, patience.body)?.json().await?;
-    match shared.code.take(&code, patience.code) {
+    let timeouts = Timeouts::default();
+    let TokenRequest { code } =
+        BodyReader::new(body, code::REQUEST_BYTES, timeouts.body)?.json().await?;
+    match shared.code.take(&code, timeouts.code) {
         CodeStatus::Valid => Ok(Json(json!({ "token": shared.access.token() }))),
         CodeStatus::Expired | CodeStatus::Unknown => {
             let message = "this address was used already, or opened too late";

@@ -4,10 +4,10 @@ use std::path::Path;
 
 use serde_json::json;
 
-use crate::support::{FRAMES, Running};
+use crate::support::{FRAMES, TestServer};
 
 /// Opens what was downloaded as a video.
-fn opened(server: &Running, body: &[u8]) -> Box<dyn patchlock_media::FrameSource> {
+fn opened(server: &TestServer, body: &[u8]) -> Box<dyn patchlock_media::FrameSource> {
     let file: &Path = &server.folder.path().join("downloaded.mp4");
     std::fs::write(file, body).expect("writes");
     patchlock_media::open(file.to_str().expect("is text"), false).expect("is a video")
@@ -15,7 +15,7 @@ fn opened(server: &Running, body: &[u8]) -> Box<dyn patchlock_media::FrameSource
 
 #[test]
 fn what_is_exported_can_be_imported() {
-    let server = Running::new();
+    let server = TestServer::new();
     server.add_target(0);
     server.edit(json!({ "edit": "set_key", "target": 1, "frame": 9, "box": server.truth[9] }));
     for (format, kind) in [("csv", "text/csv"), ("mot", "text/plain"), ("cvat", "application/xml")]
@@ -40,7 +40,7 @@ fn what_is_exported_can_be_imported() {
 /// What the page offers is what the server takes.
 #[test]
 fn all_formats_are_listed_and_what_is_left_out_is_said() {
-    let server = Running::new();
+    let server = TestServer::new();
     server.add_target(0);
     let listed = server.get("/api/formats").json();
     let exports = listed["exports"].as_array().expect("a list").clone();
@@ -90,7 +90,7 @@ fn all_formats_are_listed_and_what_is_left_out_is_said() {
 
 #[test]
 fn files_of_images_are_imported_together() {
-    let server = Running::new();
+    let server = TestServer::new();
     let files = json!({
         "data.yaml": "names: [boat]\n",
         "frame_000001.txt": "0 0.5 0.5 0.25 0.5\n",
@@ -109,7 +109,7 @@ fn files_of_images_are_imported_together() {
 
 #[test]
 fn a_folder_is_exported_as_one_file() {
-    let server = Running::new();
+    let server = TestServer::new();
     server.add_target(0);
     let exported = server.get("/api/clips/1/export?format=voc&frames=true");
     assert_eq!(exported.header("content-type"), Some("application/zip"), "{}", exported.text());
@@ -121,7 +121,7 @@ fn a_folder_is_exported_as_one_file() {
 
 #[test]
 fn what_cannot_be_read_or_written_is_an_error() {
-    let server = Running::new();
+    let server = TestServer::new();
     server.send("POST", "/api/clips/1/import?format=excel", b"x").error(400);
     server.send("POST", "/api/clips/1/import?format=cvat", b"<annotations").error(400);
     server.send("POST", "/api/clips/1/import?format=csv", &[0xff]).error(400);
@@ -133,7 +133,7 @@ fn what_cannot_be_read_or_written_is_an_error() {
 
 #[test]
 fn the_annotated_video_has_all_frames_with_boxes_drawn_in() {
-    let server = Running::new();
+    let server = TestServer::new();
     let whole = server.truth[7];
     server.add_target(7);
     let answer = server.get("/api/clips/1/video");
@@ -165,7 +165,7 @@ fn the_annotated_video_has_all_frames_with_boxes_drawn_in() {
 
 #[test]
 fn the_clip_of_a_target_shows_it_in_the_middle() {
-    let server = Running::new();
+    let server = TestServer::new();
     server.add_target(2);
     for frame in 3..9 {
         let bbox = server.truth[frame];
