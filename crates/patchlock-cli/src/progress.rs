@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use patchlock::Status;
-use patchlock_bench::bench::runner::Watch;
+use patchlock_bench::bench::runner::ProgressListener;
 use patchlock_bench::bench::store::Task;
 
 use crate::failure::say;
@@ -126,7 +126,7 @@ impl RunsProgress {
     }
 }
 
-impl Watch for RunsProgress {
+impl ProgressListener for RunsProgress {
     fn begins(&self, task: &Task<'_>) {
         let number = (self.ended.load(Ordering::Relaxed) + 1).min(self.runs);
         self.bar.bar.set_message(format!(

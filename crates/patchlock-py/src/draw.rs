@@ -23,7 +23,7 @@ pub fn on_frame<'py>(
     let mut canvas = Canvas::from_rgb(width, height, &pixels.to_rgb()?).ok_or_else(|| {
         PyValueError::new_err(format!("a frame of {width}x{height} pixels is too large to draw on"))
     })?;
-    let seen =
+    let target =
         TargetResult { id: None, name: None, bbox: estimate.bbox, estimate: estimate.clone() };
     py.detach(|| {
         annotate_on(&mut canvas, 0, &[target], None);

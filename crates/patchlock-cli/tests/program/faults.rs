@@ -397,8 +397,8 @@ fn too_many_open_files_have_a_hint() {
 #[test]
 fn frames_that_change_while_they_are_read_are_named() {
     let size = image::RgbImage::new(8, 8);
-    type Change<'a> = &'a dyn Fn(&Path);
-    let changes: [(Change<'_>, &str); 4] = [
+    type FileChange<'a> = &'a dyn Fn(&Path);
+    let changes: [(FileChange<'_>, &str); 4] = [
         (&|file| fs::write(file, "").unwrap(), "the file is empty"),
         (&|file| fs::write(file, &fs::read(file).unwrap()[..200]).unwrap(), "40.png"),
         (&|file| fs::remove_file(file).unwrap(), "No such file"),

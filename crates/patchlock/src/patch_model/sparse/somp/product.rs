@@ -73,7 +73,7 @@ fn products<S: Simd, const SIZE: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numeric::aligned::Aligned;
+    use crate::numeric::aligned::AlignedVec;
     use crate::numeric::instructions::Instructions;
     use crate::patch_model::sparse::dictionary::Dictionary;
     use crate::patch_model::sparse::somp::vectors::{panel_index, tiles_mut};
@@ -103,7 +103,7 @@ mod tests {
         for (dim, atoms) in [(64, 169), (5, 3), (256, 64)] {
             let dictionary = Dictionary::new(dim, 1, (0..dim * atoms).map(value).collect());
             let signals: Vec<f32> = (0..ROWS * dim).map(|k| value(k + 17)).collect();
-            let mut out = Aligned::default();
+            let mut out = AlignedVec::default();
             out.resize(ROWS * dictionary.stride());
             Instructions::default().dispatch(Correlate(&signals, &dictionary, &mut out));
             for (row, signal) in signals.chunks_exact(dim).enumerate() {

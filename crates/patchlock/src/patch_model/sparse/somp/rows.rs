@@ -7,7 +7,7 @@ use super::vectors::{
     TILE, Tile, U, add, add_squares, mul_add, panel, panel_index, subtract_scaled, tile_index,
     tiles, tiles_mut, widen,
 };
-use crate::numeric::aligned::Aligned;
+use crate::numeric::aligned::AlignedVec;
 use crate::patch_model::sparse::codes::{CodeParams, MAX_ATOMS};
 use crate::patch_model::sparse::dictionary::{Dictionary, LANES};
 use crate::patch_model::sparse::gram;
@@ -28,18 +28,18 @@ const NEARLY_ONE: f32 = 1.0 - 4.0 * U as f32;
 pub struct Rows {
     /// The inner products of the node's atom with all atoms, where they are not kept, and its
     /// samples in `f64`.
-    gram: Aligned,
+    gram: AlignedVec,
     atom: Vec<f64>,
     /// At the root, samples of the shared columns.
     samples: Vec<[f64; gram::SIGNALS]>,
     /// `w_t = D^T q_t`, minus 1 at a first node; empty at the root.
-    weights: Aligned,
+    weights: AlignedVec,
     /// The correlations of the shared columns' residuals with all atoms, one row per column, in
     /// panels; minus 1 at the root. Without shared columns there is one row, for a column of zeros.
-    columns: Aligned,
+    columns: AlignedVec,
     /// For each atom, a lower bound of the divisor of its score, or [`EXCLUDED`]. At the root it is
     /// the divisor minus 1, rounded rather than bounded.
-    divisors: Aligned,
+    divisors: AlignedVec,
     /// `p` of each column along the node's direction; zeros without shared columns.
     projections: Vec<f32>,
     /// `1 - p` of each column, which a first node adds.
@@ -451,7 +451,7 @@ impl Rows {
 impl<'a, S: Simd> StoredRows<'a, S> {
     /// Resizes the rows to the size of the parent's.
     #[inline(always)]
-    fn new([weights, columns, divisors]: [&'a mut Aligned; 3], parent: &Rows) -> Self {
+    fn new([weights, columns, divisors]: [&'a mut AlignedVec; 3], parent: &Rows) -> Self {
         columns.resize(parent.columns.len());
         for row in [&mut *weights, &mut *divisors] {
             row.resize(parent.divisors.len());

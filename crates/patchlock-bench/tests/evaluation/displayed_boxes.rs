@@ -14,7 +14,7 @@ const SIZE: (usize, usize) = (640, 480);
 
 /// A box that a tool shows in a frame.
 #[derive(Debug, Clone, Copy)]
-struct Shown {
+struct DisplayedBox {
     /// Left, top, width and height in pixels.
     bbox: [f64; 4],
     /// Whether it is marked as occluded; `None` if the format has no such mark.
@@ -24,7 +24,7 @@ struct Shown {
 }
 
 /// What is shown, by target and frame.
-type Film = BTreeMap<(u64, usize), Shown>;
+type DisplayedBoxes = BTreeMap<(u64, usize), DisplayedBox>;
 
 /// A key of a file.
 #[derive(Debug, Clone, Copy)]
@@ -39,12 +39,12 @@ struct Key {
 
 /// What a tool shows of a target in a frame, as both tools do: the box of a key in its own frame, the
 /// last one held where there is no other after it, and boxes on a straight line between two.
-fn at(keys: &[Key], frame: usize) -> Option<Shown> {
+fn at(keys: &[Key], frame: usize) -> Option<DisplayedBox> {
     let next = keys.partition_point(|key| key.frame <= frame);
     let last = keys.get(next.checked_sub(1)?)?;
     let Key { bbox, occluded, .. } = *last;
     if last.frame == frame {
-        return last.shown.then_some(Shown { bbox, occluded, written: true });
+        return last.shown.then_some(DisplayedBox { bbox, occluded, written: true });
     }
     let share = |next: &Key| (frame - last.frame) as f64 / (next.frame - last.frame) as f64;
     let between = |next: &Key| {
@@ -52,10 +52,10 @@ fn at(keys: &[Key], frame: usize) -> Option<Shown> {
         [0, 1, 2, 3].map(|k| bbox[k] + share * (next.bbox[k] - bbox[k]))
     };
     let bbox = keys.get(next).filter(|next| next.shown).map_or(bbox, between);
-    last.shown_after.then_some(Shown { bbox, occluded, written: false })
+    last.shown_after.then_some(DisplayedBox { bbox, occluded, written: false })
 }
 
-fn film(tracks: &BTreeMap<u64, Vec<Key>>, frames: usize) -> Film {
+fn displayed_boxes(tracks: &BTreeMap<u64, Vec<Key>>, frames: usize) -> DisplayedBoxes {
     let of_frame = |frame| tracks.iter().map(move |(id, keys)| ((*id, frame), at(keys, frame)));
     let all = (0..frames).flat_map(of_frame);
     all.filter_map(|(place, shown)| Some((place, shown?))).collect()
@@ -294,7 +294,7 @@ proptest! {
             let text = written(&track, format, KeyFrames::Overlap(least));
             let (read, accuracy) = reader(format);
             let (_, tracks) = read(&text);
-            let shown = film(&tracks, boxes.len());
+            let shown = displayed_boxes(&tracks, boxes.len());
             for (frame, bbox) in boxes.iter().enumerate() {
                 let shown = shown[&(1, frame)];
                 let overlap = as_box(shown.bbox).overlap(&as_box(*bbox));
@@ -331,8 +331,8 @@ proptest! {
             let (read, accuracy) = reader(format);
             let (of_file, tracks) = read(&text);
             prop_assert!(length.is_none_or(|length| of_file == length || tracks.is_empty()));
-            let shown = film(&tracks, length.unwrap_or(end));
-            let places = |film: &mut dyn Iterator<Item = (u64, usize)>| film.collect::<BTreeSet<_>>();
+            let shown = displayed_boxes(&tracks, length.unwrap_or(end));
+            let places = |all: &mut dyn Iterator<Item = (u64, usize)>| all.collect::<BTreeSet<_>>();
             prop_assert_eq!(
                 places(&mut shown.keys().copied()), places(&mut expected.keys().copied()), "{:?}", format
             );
