@@ -112,7 +112,7 @@ class Segments(unittest.TestCase):
         self.assertAlmostEqual(one["all"]["auc_other_segments"]["difference"], (0.4 - 0.3 - 0.1) / 3)
 
 
-class Verdicts(unittest.TestCase):
+class Comparisons(unittest.TestCase):
     def verdict(self, base: list[list[Run]], own: list[list[Run]]) -> str:
         return paired.compare(targets(*"aabb"), base, own)["verdict"]
 

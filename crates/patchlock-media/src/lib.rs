@@ -63,7 +63,7 @@ pub use feed::Feed;
 pub use guard::{DecoderPanic, silence_decoders};
 pub use helper::Helper;
 pub use image_parts::PartsError;
-pub use limits::{Limits, MOST_FRAMES, TooLarge};
+pub use limits::{Limits, MOST_FRAMES, SizeLimitError};
 pub use mp4_writer::Mp4Writer;
 pub use note::Note;
 #[doc(hidden)]

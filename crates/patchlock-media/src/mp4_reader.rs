@@ -18,7 +18,7 @@ use shiguredo_mp4::boxes::{Avc1Box, SampleEntry};
 use crate::colour::{self, Colour, Matrix, Planes};
 use crate::ffmpeg::Program;
 use crate::h264::{self, StreamInfo};
-use crate::limits::{self, Limits, TooLarge};
+use crate::limits::{self, Limits, SizeLimitError};
 use crate::mp4_edits::PresentedFrame;
 use crate::mp4_index::{self, Sample, Track};
 use crate::{
@@ -63,7 +63,7 @@ enum Fault {
     #[error("it holds {0}")]
     Kind(String),
     #[error("{0}")]
-    TooLarge(#[from] TooLarge),
+    TooLarge(#[from] SizeLimitError),
 }
 
 const DAMAGED: Fault = Fault::Data("the data are damaged");

@@ -6,7 +6,7 @@ use std::io;
 use serde::{Deserialize, Serialize};
 
 use crate::image_file::LoadError;
-use crate::limits::TooLarge;
+use crate::limits::SizeLimitError;
 use crate::{Container, Error, FrameFault};
 
 /// An error of a reader of this crate, with all that its message and its advice need.
@@ -17,7 +17,7 @@ pub enum WireError {
     Playlist { path: OsString },
     NoImages { folder: OsString, inner: Option<OsString> },
     NoVideo { name: String },
-    TooLarge { what: String, size: TooLarge },
+    TooLarge { what: String, size: SizeLimitError },
     Unreadable { name: String, container: Option<Container>, reason: String },
     Image { index: usize, file: OsString, reason: String },
     Frame { index: usize, name: String, fault: FrameFault, reason: String },

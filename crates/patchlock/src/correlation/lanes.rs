@@ -211,10 +211,16 @@ pub fn learn(
     rate: f32,
     (numerator, denominator): (&mut [Complex32], &mut [f32]),
 ) {
-    Instructions::default().dispatch_eight(Learn { label, spectra, rate, numerator, denominator });
+    Instructions::default().dispatch_eight(FilterUpdate {
+        label,
+        spectra,
+        rate,
+        numerator,
+        denominator,
+    });
 }
 
-struct Learn<'a> {
+struct FilterUpdate<'a> {
     label: &'a [Complex32],
     spectra: &'a [Complex32],
     rate: f32,
@@ -222,7 +228,7 @@ struct Learn<'a> {
     denominator: &'a mut [f32],
 }
 
-impl WithSimd for Learn<'_> {
+impl WithSimd for FilterUpdate<'_> {
     type Output = ();
 
     #[inline(always)]

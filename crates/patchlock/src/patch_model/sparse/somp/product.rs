@@ -79,9 +79,9 @@ mod tests {
     use crate::patch_model::sparse::somp::vectors::{panel_index, tiles_mut};
     use pulp::WithSimd;
 
-    struct Correlate<'a>(&'a [f32], &'a Dictionary, &'a mut [f32]);
+    struct Correlation<'a>(&'a [f32], &'a Dictionary, &'a mut [f32]);
 
-    impl WithSimd for Correlate<'_> {
+    impl WithSimd for Correlation<'_> {
         type Output = ();
 
         #[inline(always)]
@@ -105,7 +105,7 @@ mod tests {
             let signals: Vec<f32> = (0..ROWS * dim).map(|k| value(k + 17)).collect();
             let mut out = AlignedVec::default();
             out.resize(ROWS * dictionary.stride());
-            Instructions::default().dispatch(Correlate(&signals, &dictionary, &mut out));
+            Instructions::default().dispatch(Correlation(&signals, &dictionary, &mut out));
             for (row, signal) in signals.chunks_exact(dim).enumerate() {
                 let at = |k: usize| out[panel_index(k, row, ROWS)] - 0.5;
                 for k in 0..atoms {

@@ -741,13 +741,13 @@ mod tests {
 
     /// Chooses these atoms in order, as far as they are eligible, and compares each node's rows
     /// with the truth. Returns the error bounds of the nodes.
-    struct Descend<'a> {
+    struct RowDescent<'a> {
         dictionary: &'a Dictionary,
         shared: &'a [f32],
         path: &'a [usize],
     }
 
-    impl WithSimd for Descend<'_> {
+    impl WithSimd for RowDescent<'_> {
         type Output = Vec<Errors>;
 
         fn with_simd<S: Simd>(self, simd: S) -> Vec<Errors> {
@@ -807,7 +807,7 @@ mod tests {
         single
     }
 
-    impl Descend<'_> {
+    impl RowDescent<'_> {
         fn check(&self, rows: &Rows, truth: &Truth) {
             for k in 0..self.dictionary.len() {
                 let weight = rows.weights.get(k).copied().unwrap_or_default();
@@ -855,7 +855,8 @@ mod tests {
         let dictionary = Dictionary::new(DIM, 9, signals(90, &mut runner));
         let shared = signals(4, &mut runner);
         for (_, instructions) in Instructions::available() {
-            let descend = Descend { dictionary: &dictionary, shared: &shared, path: &[3, 16, 31] };
+            let descend =
+                RowDescent { dictionary: &dictionary, shared: &shared, path: &[3, 16, 31] };
             for (depth, errors) in instructions.dispatch(descend).iter().enumerate().skip(1) {
                 println!(
                     "{depth} {} {} {:?}",
@@ -878,7 +879,8 @@ mod tests {
         ) {
             let dictionary = Dictionary::new(DIM, 9, atoms);
             for (_, instructions) in Instructions::available() {
-                instructions.dispatch(Descend { dictionary: &dictionary, shared: &shared, path: &path });
+                let (dictionary, shared) = (&dictionary, &shared);
+                instructions.dispatch(RowDescent { dictionary, shared, path: &path });
             }
         }
     }
