@@ -225,7 +225,7 @@ def work(draws: random.Random, revision: int) -> tuple[str, str, bytes]:
     """What the page would send, of this revision of the project or of another."""
     revision = revision if draws.random() < 0.9 else draws.randrange(20)
     clip = "/api/clips/1"
-    wish = draws.choice(
+    request = draws.choice(
         [
             {"target": draws.randrange(1, 4), "from": draws.randrange(8), "direction": draws.choice(["forward", "both"])},
             {"target": draws.randrange(1, 4), "around": draws.randrange(8)},
@@ -235,7 +235,7 @@ def work(draws: random.Random, revision: int) -> tuple[str, str, bytes]:
         [
             ("edits", {"revision": revision, "edits": edits(draws)}),
             ("edits", {"revision": revision, "edits": edits(draws)}),
-            ("track", wish),
+            ("track", request),
             (draws.choice(["stop", "undo", "undo", "redo"]), {}),
         ]
     )

@@ -1,7 +1,7 @@
 // The page loses no doubt: targets that were never tracked, corrections, what is taken back.
 
 import { readFileSync } from 'node:fs';
-import { FRAMES, expect, test, Work } from './page.mjs';
+import { FRAMES, expect, test, StudioPage } from './page.mjs';
 import { Folder, Studio, readTruth } from './program.mjs';
 
 const truth = readTruth();
@@ -17,7 +17,7 @@ test('a target with one box is not overlooked', async ({ page }) => {
     const target = { id: 2, label: project.labels[0].name, keys: { 0: { box: other } } };
     folder.write({ ...project, next_id: 3, targets: [...project.targets, target] });
     const studio = await Studio.start(folder.videos);
-    const work = new Work(page);
+    const work = new StudioPage(page);
     await work.open(studio.address);
     const doubts = page.locator('#doubts');
     await expect(doubts).toContainText(`target 2 · frame 1`);
@@ -182,7 +182,7 @@ test('after a crash, tracking that was cut off is offered, and steps can be undo
 }) => {
     let studio = await Studio.start(folder.videos);
     const { port } = studio;
-    const work = new Work(page);
+    const work = new StudioPage(page);
     await work.open(studio.address);
     await work.afterDrawing('none');
     await work.draw(truth[0]);

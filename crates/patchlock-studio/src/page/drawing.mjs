@@ -1,7 +1,7 @@
 // How boxes and what belongs to them look on the canvas.
 
 /** @typedef {import('./types').Box} Box */
-/** @typedef {import('./types').Seen} Seen */
+/** @typedef {import('./types').TargetBox} TargetBox */
 
 export const HANDLE = 9;
 const FONT = '600 11px Inter, system-ui, "Segoe UI", Roboto, "Noto Sans", sans-serif';
@@ -52,11 +52,11 @@ export function inkOn(colour) {
 }
 
 /**
- * @typedef {object} Look
+ * @typedef {object} BoxStyle
  * @property {string} colour
  * @property {string} text
  * @property {boolean} selected
- * @property {Seen['kind']} kind
+ * @property {TargetBox['kind']} kind
  * @property {boolean} [handles]
  */
 
@@ -64,7 +64,7 @@ export function inkOn(colour) {
  * Draws a box with its name.
  * @param {CanvasRenderingContext2D} context
  * @param {Box} box on the canvas
- * @param {Look} look
+ * @param {BoxStyle} style
  */
 export function drawBox(context, box, { colour, text, selected, kind, handles }) {
     const shown = kind === 'lost' ? '#9aa0a6' : colour;

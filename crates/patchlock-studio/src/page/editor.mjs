@@ -59,12 +59,12 @@ export class Editor extends EventTarget {
         this.newIsAnother = null;
         /** Targets that are not drawn: @type {Set<number>} */
         this.unseen = new Set();
-        /** What the tracker sees in this frame: @type {import('./types').Look | null} */
+        /** What the tracker sees in this frame: @type {import('./types').VisibilityView | null} */
         this.look = null;
         this.looking = false;
         /** Frame follows the tracking that runs. */
         this.following = false;
-        /** The doubtful place that was visited last: @type {import('./types').Doubt | null} */
+        /** The doubtful place that was visited last: @type {import('./types').ReviewSuggestion | null} */
         this.doubt = null;
         /** Whether it was said that the doubtful place is the last one. */
         this.toldEnd = false;
@@ -312,7 +312,7 @@ export class Editor extends EventTarget {
         if (doubt) this.showDoubt(doubt);
     }
 
-    /** @param {import('./types').Doubt} doubt */
+    /** @param {import('./types').ReviewSuggestion} doubt */
     showDoubt(doubt) {
         if (this.selected !== doubt.target) this.select(doubt.target);
         this.stretch = null;
@@ -425,7 +425,7 @@ function readAuto() {
 
 /**
  * How many boxes are expected to be wrong. The scores are read as probabilities, which METHODOLOGY.md measures.
- * @param {import('./types').Left} left
+ * @param {import('./types').ReviewStats} left
  */
 export function inNumbers({ boxes, expected, probable, unknown }) {
     const about = expected < 9.95 ? expected.toFixed(1) : String(Math.round(expected));
@@ -437,7 +437,7 @@ export function inNumbers({ boxes, expected, probable, unknown }) {
 
 /**
  * What is known of a target in a frame, for the panel and for screen readers.
- * @param {import('./types').Seen} seen
+ * @param {import('./types').TargetBox} seen
  */
 export function inWords(seen) {
     const score = seen.score === null ? '' : ` ${seen.score.toFixed(2)}`;

@@ -221,7 +221,7 @@ export class Panel {
         void stretches.hide(this.editor, Math.min(from, to), Math.max(from, to));
     }
 
-    /** @param {import('./types').Doubt[]} doubts */
+    /** @param {import('./types').ReviewSuggestion[]} doubts */
     #renderDoubts(doubts) {
         const { editor } = this;
         const { clip } = editor;
@@ -234,7 +234,7 @@ export class Panel {
         byId('doubts').querySelector('[aria-current]')?.scrollIntoView({ block: 'nearest' });
     }
 
-    /** @param {import('./types').Doubt} doubt */
+    /** @param {import('./types').ReviewSuggestion} doubt */
     #doubt(doubt) {
         const { editor } = this;
         const track = editor.clip?.track(doubt.target);

@@ -297,7 +297,7 @@ fn deleting_a_target_ends_its_job() {
 }
 
 #[test]
-fn wishes_that_make_no_sense_are_refused() {
+fn requests_that_make_no_sense_are_refused() {
     let server = TestServer::new();
     server.add_target(5);
     for (request, status) in [
