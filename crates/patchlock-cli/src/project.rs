@@ -9,7 +9,7 @@ use patchlock_studio::project::{self, Edit, Project, Store, Target};
 use patchlock_studio::tracking::FrameEstimate;
 
 use crate::failure::{Failure, failed, usage};
-use crate::output::{Sink, TrackedBox};
+use crate::output::{Sink, TrackedFrame};
 use crate::targets::{Event, Targets};
 
 /// Opens the project of a source, or begins it.
@@ -131,7 +131,7 @@ impl Output {
 const LABEL: &str = "target";
 
 impl Sink for Output {
-    fn write(&mut self, frame: &TrackedBox<'_>) -> Result<()> {
+    fn write(&mut self, frame: &TrackedFrame<'_>) -> Result<()> {
         for target in frame.targets {
             let id = target.id.unwrap_or(1);
             let is_start = self

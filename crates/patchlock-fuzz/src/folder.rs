@@ -300,7 +300,7 @@ fn copied(folder: &Path, out: &Path) {
             score: None,
             corners: Some([[1.5, 1.5], [7.5, 1.5], [7.5, 6.5], [1.5, 6.5]]),
             status: None,
-            said: None,
+            manual: None,
         };
         let track = Track::new((0..count).map(entry).collect()).expect("is a track");
         let options = export::Options {

@@ -14,7 +14,9 @@ use patchlock_track::export::{
     TargetMetadata, Track,
 };
 
-use crate::project::{Changes, Error, Label, PLACEHOLDER, Project, Shared, Store, Target, file};
+use crate::project::{
+    Changes, Error, Label, PLACEHOLDER, Project, SharedLabels, Store, Target, file,
+};
 
 pub(crate) use table::ATTRIBUTE;
 pub use table::table;
@@ -363,11 +365,11 @@ fn of_tables<'a>(projects: impl IntoIterator<Item = &'a Project>) -> ExportSumma
 /// videos in the folder may be read.
 ///
 /// # Errors
-/// As [`Store::open_shared`] and [`Shared::read`]; [`Error::Export`] if there are no projects, or
+/// As [`Store::open_shared`] and [`SharedLabels::read`]; [`Error::Export`] if there are no projects, or
 /// one of them is a link out of the folder.
 pub fn of_folder(folder: &Path) -> Result<(Vec<FolderClip>, Vec<Label>), Error> {
     const ENDING: &str = ".patchlock.json";
-    let mut vocabulary = Shared::new(folder).read()?;
+    let mut vocabulary = SharedLabels::new(folder).read()?;
     let files = patchlock_track::files::entries(folder)?;
     let mut clips = Vec::new();
     for file in files {

@@ -118,7 +118,7 @@ fn read(source: &OsStr, at: usize, limits: Limits) -> Result<Picture, Failure> {
     }
     let order = Order { start: at, end: at.checked_add(1), stride: 1, reverse: false };
     let indices = order.indices(source.length())?;
-    match input::next(&mut input::ahead(source, indices), say)? {
+    match input::next(&mut input::prefetch(source, indices), say)? {
         Some((_, picture)) => Ok(picture),
         None => {
             Err(usage(format!("--at {at} is beyond the end of the source"))

@@ -427,7 +427,7 @@ impl InputSource {
         let (length, rate, sound) = (source.length(), source.rate(), source.has_sound());
         let mut indices = order.indices(length)?.peekable();
         let first = indices.peek().copied().unwrap_or(order.start);
-        let feed = input::ahead(source, Box::new(indices));
+        let feed = input::prefetch(source, Box::new(indices));
         Ok(Self { feed, length, rate, sound, first, is_live: false })
     }
 }

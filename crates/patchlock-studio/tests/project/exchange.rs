@@ -513,7 +513,7 @@ fn rotated_boxes_of_cvat_are_read_as_the_upright_boxes_around_them() {
             score: None,
             corners: Some(corners),
             status: Some(Status::Tracked),
-            said: None,
+            manual: None,
         }
     };
     let entries: Vec<export::Entry> = (0..FRAMES).map(entry).collect();
