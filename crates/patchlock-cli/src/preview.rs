@@ -6,7 +6,8 @@ use std::time::Instant;
 
 use anyhow::Result;
 use patchlock::BoundingBox;
-use patchlock_media::Picture;
+use patchlock_media::live::LiveSource;
+use patchlock_media::{Feed, NextFrame, Picture};
 use patchlock_studio::server::AllowedHosts;
 use patchlock_studio::server::window::{Answer, Window, WindowOptions};
 use serde_json::{Value, json};
@@ -32,19 +33,47 @@ pub fn open(port: u16, hosts: AllowedHosts, in_browser: bool) -> Result<Arc<Wind
     Ok(Arc::new(window))
 }
 
-/// Lets the user draw boxes on a frame.
-pub fn ask(window: &Window, frame: usize, picture: &Picture) -> Result<Vec<BoundingBox>, Failure> {
+/// Lets the user draw boxes on a frame, or on a newer one of a live source. Returns the boxes and the
+/// frame on which they were drawn.
+pub fn ask(
+    window: &Window,
+    first: (usize, Picture),
+    feed: &mut Feed,
+) -> Result<(Vec<BoundingBox>, (usize, Picture)), Failure> {
     say("draw a box around the target there");
-    match window.ask(frame, picture, &interrupt::requested) {
+    let mut shown = (first.0, Arc::new(first.1));
+    let answer = match feed {
+        Feed::Live(live) if !live.has_length() => {
+            let newer = &mut || newer_of(live);
+            window.ask_live(&mut shown, newer, &interrupt::requested)?
+        }
+        _ => window.ask(shown.0, &shown.1, &interrupt::requested),
+    };
+    match answer {
         Answer::Boxes(boxes) => {
-            let shown: Vec<String> = boxes
+            let options: Vec<String> = boxes
                 .iter()
                 .map(|BoundingBox { x, y, w, h }| format!("--box {x},{y},{w},{h}"))
                 .collect();
-            say(&shown.join(" "));
-            Ok(boxes)
+            say(&options.join(" "));
+            Ok((boxes, (shown.0, Arc::unwrap_or_clone(shown.1))))
         }
         Answer::Cancelled | Answer::Stopped => Err(interrupted("stopped: no box was drawn")),
+    }
+}
+
+/// Waits shortly for a newer frame, which takes the place of the last one.
+fn newer_of(live: &mut LiveSource) -> Result<NextFrame, Failure> {
+    let next = live.wait();
+    live.notes().for_each(|happened| say(&format!("note: {happened}")));
+    match next {
+        // What ends the program may also end what it reads from.
+        Err(_) if interrupt::requested() => Ok(NextFrame::NotYet),
+        Ok(NextFrame::Frame(..)) => {
+            live.leave_out();
+            Ok(next?)
+        }
+        next => Ok(next?),
     }
 }
 
@@ -88,6 +117,7 @@ impl Preview {
             "at": self.begun.zip(tracked.picture.time).map(|(begun, time)| begun + time),
             "fps": self.rate.fps,
             "dropped": self.is_live.then_some(dropped),
+            "redraw": self.is_live,
             "targets": targets.collect::<Vec<Value>>(),
         })
     }
@@ -97,7 +127,7 @@ impl Sink for Preview {
     fn write(&mut self, tracked: &TrackedFrame<'_>) -> Result<()> {
         self.rate.step();
         self.shown += 1;
-        self.window.show(tracked.picture, || self.about(tracked));
+        self.window.show(tracked.frame, tracked.picture, || self.about(tracked));
         Ok(())
     }
 

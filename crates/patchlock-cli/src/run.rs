@@ -4,8 +4,9 @@
 use std::sync::Arc;
 
 use anyhow::Result;
-use patchlock::TrackerConfig;
+use patchlock::{BoundingBox, TrackerConfig};
 use patchlock_media::Picture;
+use patchlock_studio::server::window::{Redrawn, Window};
 use patchlock_track::many_targets::ManyTargets;
 use patchlock_track::session;
 
@@ -24,6 +25,8 @@ pub struct Run {
     with_ids: bool,
     /// The names that the user has given to targets.
     names: Names,
+    /// The page on which targets are drawn again while they are tracked.
+    redrawn_on: Option<Arc<Window>>,
     size: Option<(usize, usize)>,
     measurements: Measurements,
 }
@@ -42,6 +45,7 @@ impl Run {
             sinks,
             with_ids,
             names: Names::new(),
+            redrawn_on: None,
             size: None,
             measurements: Measurements::default(),
         })
@@ -51,6 +55,12 @@ impl Run {
     #[must_use]
     pub fn with_names(self, names: Names) -> Self {
         Self { names, ..self }
+    }
+
+    /// The same with targets that start again where they are drawn on this page.
+    #[must_use]
+    pub fn redrawn_on(self, page: Option<Arc<Window>>) -> Self {
+        Self { redrawn_on: page, ..self }
     }
 
     /// Number of threads.
@@ -81,6 +91,7 @@ impl Run {
             let (index, picture) = frame?;
             let picture = Arc::new(picture);
             targets.check_boxes(index, &picture)?;
+            self.redraw(progress)?;
             let (found, ms) = self.track(index, &picture, &targets.due(index))?;
             let tracked = TrackedFrame { frame: index, ms, targets: &found, picture: &picture };
             self.write(&tracked)?;
@@ -91,6 +102,22 @@ impl Run {
             return Ok(());
         }
         Ok(targets.check_all_done()?)
+    }
+
+    /// Restarts targets that were drawn again since the last frame, on the frame where they were
+    /// drawn. A box that the tracker refuses changes nothing.
+    fn redraw(&mut self, progress: &Progress) -> Result<()> {
+        for redrawn in self.redrawn_on.iter().flat_map(|page| page.redrawn()) {
+            let Redrawn { id, frame, picture, bbox: bbox @ BoundingBox { x, y, w, h } } = redrawn;
+            let called = id.map_or_else(|| "the target".to_string(), |id| format!("target {id}"));
+            // A single target has the first id.
+            match self.tracker.restart(id.unwrap_or(1), &picture.frame()?, bbox) {
+                Ok(()) => progress
+                    .note(&format!("note: {called} restarts on frame {frame} at {x},{y},{w},{h}")),
+                Err(error) => progress.note(&format!("note: {called} does not restart: {error}")),
+            }
+        }
+        Ok(())
     }
 
     /// Processes the next frame: ends targets, tracks the others, starts new ones. Returns the

@@ -38,9 +38,9 @@ pub(crate) const CONTAINERS: &str = "matroska,webm,mov,mp4,avi,flv,mpeg,mpegts,m
                           pam_pipe,pbm_pipe,pgm_pipe,ppm_pipe,pfm_pipe,png_pipe,psd_pipe,qoi_pipe,\
                           sgi_pipe,tiff_pipe,webp_pipe,pcx_pipe,jpegls_pipe";
 /// Writes the time of each frame, in millionths of a second, to standard error before the frame
-/// itself.
+/// itself, and nothing else of what a frame may tell, such as a time code.
 pub(crate) const TIMES: &str =
-    "settb=AVTB,metadata=mode=add:key=n:value=0,metadata=mode=print:direct=1:file=pipe\\\\:2";
+    "settb=AVTB,metadata=mode=add:key=n:value=0,metadata=mode=print:key=n:direct=1:file=pipe\\\\:2";
 
 /// Which program is run, and how long it may write nothing.
 #[derive(Debug, Clone)]

@@ -339,6 +339,26 @@ fn frames_that_are_missing_between_others_are_errors_that_name_the_next_one() {
     }
 }
 
+/// What a frame tells beside its time, such as the time code of MPEG-2, is no damage.
+#[test]
+fn a_whole_video_has_no_note() {
+    if !ffmpeg_is_there("whole videos") {
+        return;
+    }
+    let videos = Videos::new();
+    for (codec, name) in [
+        ("mpeg2video", "v.ts"),
+        ("mpeg1video", "v.mpg"),
+        ("mpeg4", "v.avi"),
+        ("mjpeg", "j.avi"),
+        ("libx264", "v.mkv"),
+        ("ffv1", "f.mkv"),
+    ] {
+        let file = videos.encode(&["-c:v", codec, "-q:v", "2"], name);
+        assert_eq!(assert_shown(&file, false), [], "{name}");
+    }
+}
+
 #[test]
 fn frames_of_another_size_are_noted() {
     if !ffmpeg_is_there("frames of several sizes") {

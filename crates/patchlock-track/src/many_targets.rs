@@ -72,6 +72,19 @@ impl ManyTargets {
         Ok(true)
     }
 
+    /// Restarts a target on a box of this frame, which may be one that was processed before. A target
+    /// that has ended stays so.
+    ///
+    /// # Errors
+    /// The error of the tracker if it rejects the frame or the box; the target then stays as it is.
+    pub fn restart(&mut self, id: u64, frame: &Frame<'_>, bbox: BoundingBox) -> Result<(), Error> {
+        let Self { tracker, pool, ids } = self;
+        match ids.iter().find(|(known, _)| *known == id) {
+            Some(&(_, target)) => pool.install(|| tracker.restart(target, frame, bbox).map(|_| ())),
+            None => Ok(()),
+        }
+    }
+
     /// Processes the next frame: tracks the existing targets, then starts the targets in `begin`,
     /// or restarts those whose id is known. Returns all targets in the order of their ids, and the
     /// elapsed seconds.

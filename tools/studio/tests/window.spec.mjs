@@ -74,6 +74,7 @@ test('a box is drawn with the mouse, moved with the keys, and tracked in the ter
     const track = await Track.start(['--select', '--end', '40']);
     await page.goto(track.address);
     await expect(page.locator('#state')).toContainText('frame 0, 480 × 360 pixels');
+    await expect(page.getByRole('button', { name: 'Newer frame' })).toBeHidden();
     const truth = readTruth();
     const { x, y, w, h } = truth[0];
     // Two pixels beside the target, which the keys correct.
@@ -166,18 +167,33 @@ test('below a path of another host a box is drawn, too', async ({ page }) => {
     proxy.end();
 });
 
-test('the newest frame of a live source is shown with its box', async ({ page }) => {
-    // A pipe at the rate of a camera.
+/** The demo as a camera shows it, over and over, in a pipe; without ffmpeg the test is skipped. */
+async function camera() {
     const video = path.join(demo, 'input.mp4');
     const ffmpeg = spawn('ffmpeg', [
         ...['-v', 'error', '-re', '-stream_loop', '-1', '-i', video],
         ...['-f', 'yuv4mpegpipe', '-'],
     ]);
     const failed = new Promise((resolve) => ffmpeg.on('error', resolve));
-    if (await Promise.race([failed, new Promise((resolve) => ffmpeg.on('spawn', () => resolve(null)))])) {
-        test.skip(true, 'ffmpeg is not installed');
-        return;
-    }
+    const begun = new Promise((resolve) => ffmpeg.on('spawn', () => resolve(null)));
+    test.skip((await Promise.race([failed, begun])) !== null, 'ffmpeg is not installed');
+    return ffmpeg;
+}
+
+/** Ends a track of a live source. */
+async function stop(track, ffmpeg) {
+    track.child.kill('SIGINT');
+    expect(await track.ended).toBe(130);
+    ffmpeg.kill();
+}
+
+/** The number of the frame that the page shows. */
+async function frameShown(page) {
+    return Number(/frame (\d+)/.exec(await page.locator('#state').textContent())?.[1]);
+}
+
+test('the newest frame of a live source is shown with its box', async ({ page }) => {
+    const ffmpeg = await camera();
     const { x, y, w, h } = readTruth()[0];
     const options = ['--live', '--preview', '--box', [x, y, w, h].map(Math.round).join(',')];
     const track = await Track.start(options, '-', ffmpeg.stdout);
@@ -188,9 +204,83 @@ test('the newest frame of a live source is shown with its box', async ({ page })
     delays.sort((a, b) => a - b);
     console.log(`from the camera to the screen: median ${delays[Math.floor(delays.length / 2)]} ms`);
     expect(delays.length).toBeGreaterThan(20);
-    track.child.kill('SIGINT');
-    expect(await track.ended).toBe(130);
-    ffmpeg.kill();
+    await stop(track, ffmpeg);
     await expect(page.locator('#state')).toContainText('The program has ended');
     expect(track.boxes().length).toBeGreaterThan(20);
+});
+
+test('boxes are drawn on a newer frame of a live source, and tracked from there', async ({ page }) => {
+    const ffmpeg = await camera();
+    const track = await Track.start(['--live', '--select', '--preview'], '-', ffmpeg.stdout);
+    await page.goto(track.address);
+    await expect(page.locator('#state')).toContainText('frame 0, 480 × 360');
+    const newer = page.getByRole('button', { name: 'Newer frame' });
+    await page.getByLabel('Box', { exact: true }).fill('10,10,40,40');
+    await page.waitForTimeout(1000);
+    await newer.click();
+    await expect(page.locator('#state')).toContainText(/frame [1-9]\d+, 480/);
+    const first = await frameShown(page);
+    expect(first).toBeGreaterThan(15);
+    // A box of the other frame is none of this one.
+    await expect(page.getByLabel('Box', { exact: true })).toHaveValue('');
+    await page.waitForTimeout(1000);
+    await page.locator('#frame').press('n');
+    await expect.poll(() => frameShown(page)).toBeGreaterThan(first + 15);
+    const shown = await frameShown(page);
+    await drag(page, { x: 200, y: 150 }, { x: 260, y: 200 });
+    const drawn = (await page.getByLabel('Box', { exact: true }).inputValue()).split(',').map(Number);
+    await page.getByRole('button', { name: 'Track' }).click();
+    await expect(page.locator('#state')).toContainText('ms from the camera to the screen');
+    await page.waitForTimeout(1500);
+    const delays = JSON.parse(await page.evaluate(() => document.body.dataset.delays));
+    // The delay has not grown by what came while the box was drawn.
+    expect(delays.at(-1)).toBeLessThan(1000);
+    await stop(track, ffmpeg);
+    const [box, next] = track.boxes();
+    expect([box.frame, box.x, box.y, box.w, box.h]).toEqual([shown, ...drawn]);
+    expect(next.frame).toBeGreaterThan(shown);
+});
+
+test('a target of a live source is drawn again while it is tracked', async ({ page }) => {
+    const ffmpeg = await camera();
+    const boxes = ['--box', '10,10,40,40', '--box', '400,20,40,40'];
+    const track = await Track.start(['--live', '--preview', ...boxes], '-', ffmpeg.stdout);
+    await page.goto(track.address);
+    await expect(page.locator('#state')).toContainText('draw a target to restart it');
+    const { x, y, width, height } = await page.locator('#frame').boundingBox();
+    const at = (across, along) => [x + width * across, y + height * along];
+    await page.mouse.move(...at(0.45, 0.6));
+    await page.mouse.down();
+    await page.mouse.move(...at(0.5, 0.7));
+    await page.mouse.move(...at(0.55, 0.8));
+    await page.mouse.up();
+    const kept = await frameShown(page);
+    await expect(page.locator('#state')).toContainText(`frame ${kept} stays`);
+    await page.waitForTimeout(1000);
+    expect(await frameShown(page)).toBe(kept);
+    const drawn = (await page.getByLabel('Box', { exact: true }).inputValue()).split(',').map(Number);
+    // Escape goes on without it.
+    await page.locator('#frame').press('Escape');
+    await expect.poll(() => frameShown(page)).toBeGreaterThan(kept + 10);
+    await page.locator('#frame').press('ArrowRight');
+    const again = await frameShown(page);
+    await page.getByLabel('Box', { exact: true }).fill(drawn.join(','));
+    await page.getByLabel('of', { exact: true }).selectOption('2');
+    await page.waitForTimeout(1000);
+    await page.getByRole('button', { name: 'Restart' }).click();
+    await expect(page.locator('#state')).toContainText('ms from the camera to the screen');
+    await page.waitForTimeout(1000);
+    await stop(track, ffmpeg);
+    expect(track.said).toContain(`target 2 restarts on frame ${again} at ${drawn.join(',')}`);
+    const named = ([bx, by, w, h]) => ({ x: bx, y: by, w, h });
+    const overlaps = (id) =>
+        track
+            .boxes()
+            .filter((box) => box.id === id)
+            .map((box) => overlap(box, named(drawn)));
+    expect(Math.max(...overlaps(2))).toBeGreaterThan(0.5);
+    expect(Math.max(...overlaps(1))).toBe(0);
+    // The source was read meanwhile.
+    const frames = track.boxes().map((box) => box.frame);
+    expect(frames.filter((frame) => frame > again && frame < again + 25).length).toBeGreaterThan(5);
 });

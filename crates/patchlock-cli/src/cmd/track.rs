@@ -136,6 +136,7 @@ pub struct TrackArgs {
     /// Draw the boxes on a page in the browser, on the first frame
     ///
     /// The boxes are printed as options. On a terminal, this is what happens if no target is given.
+    /// Of a live source, they may be drawn on a newer frame instead.
     #[arg(long)]
     select: bool,
 
@@ -150,6 +151,8 @@ pub struct TrackArgs {
     overwrite: bool,
 
     /// Show each frame with the boxes on a page in the browser, while it tracks
+    ///
+    /// Of a live source, a target that is drawn again there restarts.
     #[arg(long)]
     preview: bool,
 
@@ -466,9 +469,11 @@ pub fn run(args: &TrackArgs) -> Result<()> {
     targets.check(&order, length)?;
     interrupt::listen()?;
     let first = input::next(&mut feed, say)?;
-    let Some(first) = first else { return Err(nothing_to_track(&order)) };
+    let Some(mut first) = first else { return Err(nothing_to_track(&order)) };
     if let Some(page) = page.as_ref().filter(|_| draws) {
-        targets = Targets::in_first_frame(&preview::ask(page, first.0, &first.1)?);
+        let boxes;
+        (boxes, first) = preview::ask(page, first, &mut feed)?;
+        targets = Targets::in_first_frame(&boxes);
         args.check_files(targets.many)?;
     }
     targets.check_boxes(first.0, &first.1)?;
@@ -496,7 +501,8 @@ pub fn run(args: &TrackArgs) -> Result<()> {
     }
     let names = targets.names.clone();
     let run = Run::new(config, args.threads, targets.many, sinks)?;
-    let mut run = run.with_names(names.clone());
+    let redrawn_on = page.clone().filter(|_| args.preview && is_live);
+    let mut run = run.with_names(names.clone()).redrawn_on(redrawn_on);
     let rest = std::iter::from_fn(|| {
         let next = input::next(&mut feed, |line| progress.note(line));
         progress.set_dropped(feed.dropped().unwrap_or(0));

@@ -296,6 +296,53 @@ fn an_address_leads_to_no_other_address() {
     assert!(other.accept().is_err(), "the address in the list was asked");
 }
 
+/// Answers a request with the file of this folder that it names.
+fn serve_files(folder: std::path::PathBuf) -> u16 {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let port = listener.local_addr().unwrap().port();
+    thread::spawn(move || {
+        for stream in listener.incoming() {
+            let mut stream = stream.unwrap();
+            let mut line = String::new();
+            BufReader::new(stream.try_clone().unwrap()).read_line(&mut line).unwrap();
+            let name = line.split(['/', ' ']).nth(2).unwrap_or_default();
+            let bytes = std::fs::read(folder.join(name)).unwrap_or_default();
+            let head = format!("HTTP/1.0 200 OK\r\nContent-Length: {}\r\n\r\n", bytes.len());
+            let _ = stream.write_all(head.as_bytes()).and_then(|()| stream.write_all(&bytes));
+        }
+    });
+    port
+}
+
+/// The hint for a list of HLS is a command that tracks its video.
+#[cfg(unix)]
+#[test]
+fn the_pipe_that_is_advised_for_a_list_tracks_it() {
+    if !has_ffmpeg() {
+        return;
+    }
+    let bench = Bench::new();
+    bench.mp4("film.mp4", 40);
+    let mut ffmpeg = Command::new("ffmpeg");
+    ffmpeg.current_dir(bench.folder.path()).args(["-v", "error", "-i", "film.mp4", "-c", "copy"]);
+    ffmpeg.args(["-f", "hls", "-hls_time", "0.5", "-hls_list_size", "0", "list.m3u8"]);
+    assert!(ffmpeg.status().unwrap().success());
+    let port = serve_files(bench.folder.path().to_path_buf());
+    let refused = bench.track(&format!("http://127.0.0.1:{port}/list.m3u8")).assert().code(1);
+    let said = String::from_utf8(refused.get_output().stderr.clone()).unwrap();
+    let (_, command) = said.split_once("ffmpeg -i ").unwrap();
+    let (command, _) = command.split_once(" | patchlock track - ...").unwrap();
+    let mut shell = Command::new("sh");
+    let program = assert_cmd::cargo::cargo_bin("patchlock");
+    let track =
+        format!("{} track - --box {BOX} --config quick.toml --save l.csv", program.display());
+    shell
+        .current_dir(bench.folder.path())
+        .args(["-c", &format!("ffmpeg -v error -i {command} | {track}")]);
+    assert!(shell.status().unwrap().success());
+    assert_eq!(bench.lines("l.csv").len(), 41);
+}
+
 #[test]
 fn what_only_files_can_do_is_refused_for_live_sources() {
     let bench = Bench::new();

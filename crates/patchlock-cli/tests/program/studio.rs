@@ -309,6 +309,21 @@ fn the_command_of_the_tunnel_is_printed_over_ssh() {
 }
 
 #[test]
+fn one_bad_clip_keeps_no_other_from_being_shown() {
+    let bench = Bench::new();
+    bench.images("f", 2);
+    std::fs::write(bench.path("text.mp4"), "no video").unwrap();
+    let studio = Studio::new(&bench, &["text.mp4", "f"]);
+    let list = studio.ask("GET", "/api/clips", "");
+    assert!(
+        list.contains("\"error\":\"cannot read text.mp4") && list.contains("\"width\":96"),
+        "{list}"
+    );
+    let bad = studio.ask("GET", "/api/clips/1", "");
+    assert!(!bad.starts_with("HTTP/1.1 200") && bad.contains("\"hint\":"), "{bad}");
+}
+
+#[test]
 fn errors_say_what_to_do() {
     let bench = Bench::new();
     bench.images("f", 1);
@@ -326,7 +341,8 @@ fn errors_say_what_to_do() {
         (&["f", "--port", "65536"], 2, "65536"),
         (&["f", "--listen", "nowhere"], 2, "nowhere"),
         (&["f", "--listen", "192.0.2.1"], 1, "cannot listen on 192.0.2.1"),
-        (&["text.mp4"], 1, "text.mp4"),
+        (&["text.mp4"], 1, "cannot read text.mp4"),
+        (&["text.mp4"], 1, "hint: convert the video"),
     ] {
         let mut command = patchlock();
         command.current_dir(bench.folder.path()).args(["studio", "--no-open"]).args(args);

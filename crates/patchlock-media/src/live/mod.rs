@@ -200,6 +200,16 @@ impl LiveSource {
         self.last.map_or(0, |last| last + 1 - self.given)
     }
 
+    /// Counts the last frame that was given as dropped, because the caller took a newer one instead.
+    pub fn leave_out(&mut self) {
+        self.given = self.given.saturating_sub(1);
+    }
+
+    /// Whether it is a file that somebody serves, all of whose frames are given.
+    pub fn has_length(&self) -> bool {
+        self.shared.state().has_length
+    }
+
     /// Frames per second, as far as the source says.
     pub fn rate(&self) -> Option<FrameRate> {
         self.shared.state().rate
@@ -207,7 +217,7 @@ impl LiveSource {
 
     /// When the first frame came, in seconds since 1970; `None` if that is not known.
     pub fn begun(&self) -> Option<f64> {
-        self.begun.filter(|_| !self.shared.state().has_length).map(|time| time as f64 / 1e6)
+        self.begun.filter(|_| !self.has_length()).map(|time| time as f64 / 1e6)
     }
 
     fn close(&self) {
@@ -378,6 +388,8 @@ mod tests {
         thread::sleep(Duration::from_millis(400));
         assert_eq!(next(&mut live).unwrap(), Some((5, Some(4.0))));
         assert_eq!((live.dropped(), live.begun()), (4, Some(1.0)));
+        live.leave_out();
+        assert_eq!(live.dropped(), 5);
         assert_eq!(next(&mut live).unwrap(), None);
         // What came before the first call is no frame.
         let mut late = open_with(&fake, "udp://h", ONCE);

@@ -4,6 +4,8 @@
 //! A frame is encoded only if somebody looks, and the next one for a page only when it has drawn the
 //! last one. So a slow page sees fewer frames, and none of them late.
 
+use std::collections::BTreeMap;
+use std::convert::Infallible;
 use std::net::{Ipv4Addr, SocketAddr, TcpListener};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -19,7 +21,7 @@ use axum::response::{IntoResponse, Response};
 use axum::routing::{any, get, post};
 use axum::{Json, Router, middleware};
 use patchlock::BoundingBox;
-use patchlock_media::Picture;
+use patchlock_media::{NextFrame, Picture};
 use patchlock_track::start_box;
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -70,7 +72,8 @@ pub struct Window {
 
 /// A frame, and what the page writes and draws on it.
 struct WindowFrame {
-    picture: Picture,
+    number: usize,
+    picture: Arc<Picture>,
     about: Value,
 }
 
@@ -82,6 +85,8 @@ struct WindowState {
     pages: AtomicUsize,
     question: Mutex<Question>,
     answered: Condvar,
+    /// Targets whose boxes were drawn again, by their ids.
+    redrawn: Mutex<BTreeMap<Option<u64>, Redrawn>>,
     /// The sources of pages that may show this one within them.
     frame_ancestors: String,
 }
@@ -92,6 +97,8 @@ struct Question {
     /// Number, width and height of the frame.
     open: Option<[usize; 3]>,
     answer: Option<Answer>,
+    /// Whether a newer frame is wanted, in place of this one.
+    newer: bool,
 }
 
 /// What a page says.
@@ -100,10 +107,39 @@ struct Question {
 enum PageMessage {
     /// The last frame was drawn.
     Drawn,
-    /// Boxes: left, top, width, height.
-    Boxes(Vec<[f64; 4]>),
+    /// Boxes were drawn.
+    Boxes(DrawnBoxes),
+    /// A newer frame is wanted.
+    Newer,
     /// No box is drawn.
     Cancel,
+    /// A target was drawn again while it is tracked.
+    Redraw(DrawnAgain),
+}
+
+/// Boxes on the frame of this number: left, top, width, height.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct DrawnBoxes {
+    frame: usize,
+    boxes: Vec<[f64; 4]>,
+}
+
+/// The box of a target on a frame that the page shows.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct DrawnAgain {
+    frame: usize,
+    id: Option<u64>,
+    #[serde(rename = "box")]
+    bbox: [f64; 4],
+}
+
+/// What was heard of pages.
+enum Heard {
+    Answer(Answer),
+    Newer,
+    Nothing,
 }
 
 /// The answer of a person.
@@ -115,6 +151,19 @@ pub enum Answer {
     Cancelled,
     /// Nobody wants the answer any more.
     Stopped,
+}
+
+/// A target that a person has drawn again on a frame that was shown.
+#[derive(Debug, Clone)]
+pub struct Redrawn {
+    /// The target's id, as it was shown; `None` for the only target.
+    pub id: Option<u64>,
+    /// Number of the frame.
+    pub frame: usize,
+    /// The frame.
+    pub picture: Arc<Picture>,
+    /// The box.
+    pub bbox: BoundingBox,
 }
 
 impl Window {
@@ -143,6 +192,7 @@ impl Window {
             pages: AtomicUsize::new(0),
             question: Mutex::default(),
             answered: Condvar::new(),
+            redrawn: Mutex::default(),
             frame_ancestors,
         });
         let start = |error: std::io::Error| Error::Start(error.to_string());
@@ -184,32 +234,67 @@ impl Window {
     }
 
     /// Shows a frame, if a page is open. `about` has the `targets` to draw and what is written below
-    /// the frame.
-    pub fn show(&self, picture: &Picture, about: impl FnOnce() -> Value) {
+    /// the frame; with `redraw`, their boxes can be drawn again.
+    pub fn show(&self, number: usize, picture: &Arc<Picture>, about: impl FnOnce() -> Value) {
         if self.is_watched() {
-            let shown = WindowFrame { picture: picture.clone(), about: about() };
+            let shown = WindowFrame { number, picture: Arc::clone(picture), about: about() };
             self.shared.frames.send_replace(Some(Arc::new(shown)));
         }
     }
 
+    /// The boxes that were drawn again since the last call, the last one of each target.
+    pub fn redrawn(&self) -> impl Iterator<Item = Redrawn> {
+        std::mem::take(&mut *self.shared.redrawn()).into_values()
+    }
+
     /// Shows a frame and waits until a person has drawn boxes on it, or `stopped` returns true.
     pub fn ask(&self, frame: usize, picture: &Picture, stopped: &dyn Fn() -> bool) -> Answer {
-        let (width, height) = (picture.width, picture.height);
-        *self.shared.question() = Question { open: Some([frame, width, height]), answer: None };
-        let about = json!({ "ask": true, "frame": frame, "targets": [] });
-        let shown = WindowFrame { picture: picture.clone(), about };
-        self.shared.frames.send_replace(Some(Arc::new(shown)));
-        let mut question = self.shared.question();
+        let mut shown = (frame, Arc::new(picture.clone()));
+        let Ok(answer) = self.wait::<Infallible>(&mut shown, None, stopped);
+        answer
+    }
+
+    /// As [`ask`](Self::ask), of a live source. Whenever the person wants a newer frame, `newer` is
+    /// called until it has one, which is shown in place of the other.
+    ///
+    /// # Errors
+    /// The first one of `newer`.
+    pub fn ask_live<E>(
+        &self,
+        shown: &mut (usize, Arc<Picture>),
+        newer: &mut dyn FnMut() -> Result<NextFrame, E>,
+        stopped: &dyn Fn() -> bool,
+    ) -> Result<Answer, E> {
+        self.wait(shown, Some(newer), stopped)
+    }
+
+    fn wait<E>(
+        &self,
+        shown: &mut (usize, Arc<Picture>),
+        mut newer: Option<&mut dyn FnMut() -> Result<NextFrame, E>>,
+        stopped: &dyn Fn() -> bool,
+    ) -> Result<Answer, E> {
+        self.shared.pose(shown, newer.is_some());
         loop {
-            if let Some(answer) = question.answer.take() {
-                return answer;
+            match self.shared.heard(stopped) {
+                Heard::Answer(answer) => return Ok(answer),
+                Heard::Nothing => continue,
+                Heard::Newer => {}
             }
-            if stopped() {
-                question.open = None;
-                return Answer::Stopped;
+            match newer.as_mut().map_or(Ok(NextFrame::End), |newer| newer())? {
+                NextFrame::Frame(number, picture) => {
+                    let next = (number, Arc::new(picture));
+                    // Boxes may have been drawn on the other frame meanwhile.
+                    if self.shared.pose(&next, true) {
+                        *shown = next;
+                    }
+                }
+                NextFrame::NotYet => {}
+                NextFrame::End => {
+                    newer = None;
+                    self.shared.pose(shown, false);
+                }
             }
-            let wait = self.shared.answered.wait_timeout(question, LOOK);
-            question = wait.unwrap_or_else(PoisonError::into_inner).0;
         }
     }
 }
@@ -228,21 +313,78 @@ impl WindowState {
         self.question.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Takes the answer of a page; what the page is told.
-    fn answer(&self, said: PageMessage) -> Value {
+    fn redrawn(&self) -> MutexGuard<'_, BTreeMap<Option<u64>, Redrawn>> {
+        self.redrawn.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Asks for boxes on a frame, unless those of the frame before were drawn; whether it did.
+    fn pose(&self, (number, picture): &(usize, Arc<Picture>), has_newer: bool) -> bool {
+        let mut question = self.question();
+        if question.answer.is_some() {
+            return false;
+        }
+        let open = Some([*number, picture.width, picture.height]);
+        *question = Question { open, ..Question::default() };
+        let about = json!({ "ask": true, "frame": number, "newer": has_newer, "targets": [] });
+        let shown = WindowFrame { number: *number, picture: Arc::clone(picture), about };
+        self.frames.send_replace(Some(Arc::new(shown)));
+        true
+    }
+
+    /// Waits shortly for what a page says.
+    fn heard(&self, stopped: &dyn Fn() -> bool) -> Heard {
+        let mut question = self.question();
+        if question.answer.is_none() && !question.newer {
+            let wait = self.answered.wait_timeout(question, LOOK);
+            question = wait.unwrap_or_else(PoisonError::into_inner).0;
+        }
+        if let Some(answer) = question.answer.take() {
+            return Heard::Answer(answer);
+        }
+        if stopped() {
+            question.open = None;
+            return Heard::Answer(Answer::Stopped);
+        }
+        if question.newer { Heard::Newer } else { Heard::Nothing }
+    }
+
+    /// A page wants a newer frame.
+    fn want_newer(&self) {
+        let mut question = self.question();
+        question.newer = question.open.is_some();
+        self.answered.notify_all();
+    }
+
+    /// Takes what a page says that was sent these frames; what it is told.
+    fn told(&self, said: PageMessage, sent: &[Option<Arc<WindowFrame>>]) -> Option<Value> {
+        match said {
+            PageMessage::Drawn => None,
+            PageMessage::Newer => {
+                self.want_newer();
+                None
+            }
+            PageMessage::Boxes(drawn) => Some(self.answer(Some(drawn))),
+            PageMessage::Cancel => Some(self.answer(None)),
+            PageMessage::Redraw(drawn) => Some(self.redraw(sent, drawn)),
+        }
+    }
+
+    /// Takes boxes, or that there are none; what the page is told.
+    fn answer(&self, drawn: Option<DrawnBoxes>) -> Value {
         let mut question = self.question();
         let Some([frame, width, height]) = question.open else {
             return json!({ "error": "the boxes were drawn already" });
         };
-        let answer = match said {
-            PageMessage::Drawn => return Value::Null,
-            PageMessage::Cancel => Answer::Cancelled,
-            PageMessage::Boxes(boxes) => {
-                let boxes: Vec<BoundingBox> =
-                    boxes.into_iter().map(|[x, y, w, h]| BoundingBox { x, y, w, h }).collect();
-                if boxes.is_empty() {
-                    return json!({ "error": "no box was drawn" });
-                }
+        let answer = match drawn {
+            None => Answer::Cancelled,
+            Some(drawn) if drawn.frame != frame => {
+                let message =
+                    format!("the boxes are on frame {}, not on frame {frame}", drawn.frame);
+                return json!({ "error": message });
+            }
+            Some(drawn) if drawn.boxes.is_empty() => return json!({ "error": "no box was drawn" }),
+            Some(drawn) => {
+                let boxes: Vec<BoundingBox> = drawn.boxes.into_iter().map(bounding_box).collect();
                 let wrong = boxes
                     .iter()
                     .find_map(|bbox| start_box::check(bbox, frame, width, height).err());
@@ -256,6 +398,29 @@ impl WindowState {
         self.answered.notify_all();
         json!({ "taken": true })
     }
+
+    /// Takes the new box of a target on one of the frames that a page shows; what the page is told.
+    fn redraw(&self, sent: &[Option<Arc<WindowFrame>>], drawn: DrawnAgain) -> Value {
+        let DrawnAgain { frame, id, bbox } = drawn;
+        let Some(shown) = sent.iter().flatten().find(|shown| shown.number == frame) else {
+            return json!({ "error": format!("frame {frame} is not shown any more") });
+        };
+        let targets = shown.about["targets"].as_array().into_iter().flatten();
+        let is_known = { targets }.any(|target| target["id"].as_u64() == id);
+        if !is_known || shown.about["redraw"] != true {
+            return json!({ "error": "this target cannot be drawn again" });
+        }
+        let (bbox, picture) = (bounding_box(bbox), Arc::clone(&shown.picture));
+        if let Err(error) = start_box::check(&bbox, frame, picture.width, picture.height) {
+            return json!({ "error": error.to_string() });
+        }
+        self.redrawn().insert(id, Redrawn { id, frame, picture, bbox });
+        json!({ "redrawn": true })
+    }
+}
+
+fn bounding_box([x, y, w, h]: [f64; 4]) -> BoundingBox {
+    BoundingBox { x, y, w, h }
 }
 
 fn routes(shared: Arc<WindowState>) -> Router {
@@ -321,6 +486,8 @@ async fn page(mut socket: WebSocket, shared: &Arc<WindowState>) {
     let mut frames = shared.frames.subscribe();
     frames.mark_changed();
     let mut is_ready = true;
+    // The page shows one of these; while a target is drawn again, the next one waits there.
+    let mut sent = [None, None];
     loop {
         let message = tokio::select! {
             changed = frames.changed(), if is_ready => {
@@ -329,6 +496,7 @@ async fn page(mut socket: WebSocket, shared: &Arc<WindowState>) {
                     (Err(_), _) => return,
                     (Ok(()), None) => continue,
                     (Ok(()), Some(shown)) => {
+                        sent = [sent[1].take(), Some(Arc::clone(&shown))];
                         let encoded = tokio::task::spawn_blocking(move || encoded(&shown)).await;
                         let Ok(Ok(bytes)) = encoded else { return };
                         is_ready = false;
@@ -337,20 +505,18 @@ async fn page(mut socket: WebSocket, shared: &Arc<WindowState>) {
                 }
             },
             received = socket.recv() => match received {
-                Some(Ok(Message::Text(text))) => match serde_json::from_str(&text) {
-                    Ok(PageMessage::Drawn) => {
-                        is_ready = true;
-                        continue;
-                    }
-                    Ok(said) => Message::Text(shared.answer(said).to_string().into()),
-                    Err(_) => return,
-                },
+                Some(Ok(Message::Text(text))) => {
+                    let Ok(said) = serde_json::from_str(&text) else { return };
+                    is_ready |= matches!(said, PageMessage::Drawn);
+                    let Some(answer) = shared.told(said, &sent) else { continue };
+                    Message::Text(answer.to_string().into())
+                }
                 Some(Ok(Message::Close(_)) | Err(_)) | None => return,
                 Some(Ok(_)) => continue,
             },
         };
-        let sent = tokio::time::timeout(SENDING, socket.send(message)).await;
-        if !matches!(sent, Ok(Ok(()))) {
+        let sending = tokio::time::timeout(SENDING, socket.send(message)).await;
+        if !matches!(sending, Ok(Ok(()))) {
             return;
         }
     }
@@ -364,4 +530,86 @@ fn encoded(shown: &WindowFrame) -> Result<Vec<u8>, Refusal> {
     bytes.extend(about.as_bytes());
     bytes.extend(jpeg(&shown.picture, 0)?);
     Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn window() -> Window {
+        let hosts = AllowedHosts { allowed: Vec::new(), advice: "" };
+        Window::open(WindowOptions { port: 0, hosts, in_notebook: false }).unwrap()
+    }
+
+    fn grey(level: u8) -> Picture {
+        Picture::rgb(64, 48, vec![level; 64 * 48 * 3])
+    }
+
+    /// Asks until this is shown of the frame that is asked about: its number, whether there may be a
+    /// newer one.
+    fn until(shared: &WindowState, shown: (usize, bool)) {
+        let mut frames = shared.frames.subscribe();
+        let is_so = |frame: &Option<Arc<WindowFrame>>| {
+            let frame = frame.as_ref();
+            frame.is_some_and(|frame| (frame.number, frame.about["newer"] == true) == shown)
+        };
+        let waited = tokio::runtime::Builder::new_current_thread().build().unwrap();
+        waited.block_on(frames.wait_for(is_so)).unwrap();
+    }
+
+    #[test]
+    fn boxes_are_drawn_on_the_newest_frame_that_was_wanted() {
+        let window = window();
+        let shared = Arc::clone(&window.shared);
+        let told = |said| shared.told(said, &[]).unwrap_or_default();
+        let drawn = |frame| {
+            told(PageMessage::Boxes(DrawnBoxes { frame, boxes: vec![[8.0, 8.0, 20.0, 20.0]] }))
+        };
+        std::thread::scope(|scope| {
+            let asking = scope.spawn(|| {
+                let mut shown = (0, Arc::new(grey(0)));
+                let mut left =
+                    vec![NextFrame::End, NextFrame::Frame(7, grey(7)), NextFrame::NotYet];
+                let newer = &mut || Ok::<_, Infallible>(left.pop().unwrap_or(NextFrame::End));
+                let Ok(answer) = window.ask_live(&mut shown, newer, &|| false);
+                (answer, shown)
+            });
+            until(&shared, (0, true));
+            told(PageMessage::Newer);
+            until(&shared, (7, true));
+            assert_eq!(drawn(0)["error"], "the boxes are on frame 0, not on frame 7");
+            told(PageMessage::Newer);
+            until(&shared, (7, false));
+            assert_eq!(drawn(7)["taken"], true);
+            assert_eq!(drawn(7)["error"], "the boxes were drawn already");
+            let (answer, (number, picture)) = asking.join().unwrap();
+            assert!(matches!(answer, Answer::Boxes(boxes) if boxes.len() == 1));
+            assert_eq!((number, picture.width), (7, 64));
+        });
+    }
+
+    #[test]
+    fn a_target_is_drawn_again_on_a_frame_that_is_shown() {
+        let window = window();
+        let shown = |number, redraw| {
+            let about = json!({ "redraw": redraw, "targets": [{ "id": 1 }, { "id": 2 }] });
+            Some(Arc::new(WindowFrame { number, picture: Arc::new(grey(number as u8)), about }))
+        };
+        let sent = [shown(3, true), shown(4, false)];
+        let redraw = |frame, id, x| {
+            let drawn = DrawnAgain { frame, id: Some(id), bbox: [x, 8.0, 20.0, 20.0] };
+            window.shared.told(PageMessage::Redraw(drawn), &sent).unwrap()
+        };
+        assert_eq!(redraw(2, 1, 8.0)["error"], "frame 2 is not shown any more");
+        assert_eq!(redraw(3, 9, 8.0)["error"], "this target cannot be drawn again");
+        assert_eq!(redraw(4, 1, 8.0)["error"], "this target cannot be drawn again");
+        assert!(redraw(3, 1, 900.0)["error"].as_str().unwrap().contains("900,8,20,20"));
+        assert_eq!(window.redrawn().count(), 0);
+        for (id, x) in [(2, 8.0), (1, 9.0), (2, 10.0)] {
+            assert_eq!(redraw(3, id, x)["redrawn"], true);
+        }
+        let redrawn: Vec<_> = window.redrawn().map(|it| (it.id, it.frame, it.bbox.x)).collect();
+        assert_eq!(redrawn, [(Some(1), 3, 9.0), (Some(2), 3, 10.0)]);
+        assert_eq!(window.redrawn().count(), 0);
+    }
 }

@@ -5,7 +5,7 @@
  * @typedef {{x: number, y: number, w: number, h: number}} Box
  * @typedef {{id?: number, name?: string, status: string, score: number, box: [number, number, number, number],
  *     corners: [number, number][]}} Target
- * @typedef {{ask?: boolean, frame: number, at?: number, fps?: number, dropped?: number,
+ * @typedef {{ask?: boolean, newer?: boolean, redraw?: boolean, frame: number, at?: number, fps?: number, dropped?: number,
  *     targets: Target[]}} About
  */
 
@@ -18,6 +18,8 @@ const form = element('ask');
 /** @type {HTMLInputElement} */
 const field = element('box');
 const state = element('state');
+/** @type {HTMLSelectElement} */
+const chosen = element('target');
 const paint = /** @type {CanvasRenderingContext2D} */ (canvas.getContext('2d', { alpha: false }));
 
 const COLOURS = ['#ff8a4c', '#57b1ee', '#2fc99b', '#ee9ccb', '#f2bb3a', '#9bdcff', '#e6eaf0'];
@@ -33,6 +35,10 @@ let about = { frame: 0, targets: [] };
 let boxes = [];
 /** @type {Box | undefined} */
 let box;
+/** Whether a tracked target is drawn again; its frame then stays, and the next one waits. */
+let redraws = false;
+/** @type {ArrayBuffer | undefined} */
+let waiting;
 /** The frame's scale on the canvas and the place of its corner there. */
 let view = { scale: 1, x: 0, y: 0 };
 /** Zoom beyond the whole frame. */
@@ -130,6 +136,7 @@ function describe() {
         document.body.dataset['delays'] = JSON.stringify(delays.map(Math.round));
     }
     if (about.dropped) words.push(`${about.dropped} frames dropped`);
+    if (about.redraw) words.push('draw a target to restart it');
     state.textContent = words.join(' · ');
 }
 
@@ -182,7 +189,7 @@ const down = new Map();
 let held;
 
 canvas.addEventListener('pointerdown', (event) => {
-    if (!about.ask) return;
+    if (!keepFrame()) return;
     canvas.setPointerCapture(event.pointerId);
     canvas.focus();
     down.set(event.pointerId, event);
@@ -245,6 +252,9 @@ for (const end of ['pointerup', 'pointercancel'])
     canvas.addEventListener(end, (event) => {
         down.delete(/** @type {PointerEvent} */ (event).pointerId);
         held = undefined;
+        // Not before: the form makes the frame smaller.
+        if (redraws && box) showForm();
+        else if (redraws && down.size === 0) goOn();
     });
 
 canvas.addEventListener(
@@ -257,7 +267,7 @@ canvas.addEventListener(
 );
 
 canvas.addEventListener('keydown', (event) => {
-    if (!about.ask || !picture || event.ctrlKey || event.metaKey) return;
+    if (!(about.ask || about.redraw) || !picture || event.ctrlKey || event.metaKey) return;
     const step = event.shiftKey ? 10 : 1;
     const arrows = /** @type {Record<string, [number, number]>} */ ({
         ArrowLeft: [-step, 0],
@@ -267,6 +277,8 @@ canvas.addEventListener('keydown', (event) => {
     });
     const arrow = arrows[event.key];
     if (arrow) {
+        keepFrame();
+        if (redraws) showForm();
         const [dx, dy] = arrow;
         const { width, height } = picture;
         // The first arrow makes a box in the middle.
@@ -281,10 +293,11 @@ canvas.addEventListener('keydown', (event) => {
         const kept = box ? { x: box.x + box.w / 2, y: box.y + box.h / 2 } : centre;
         zoomBy(event.key === '+' ? 1.5 : 1 / 1.5, kept);
     } else if (event.key === 'Enter') form.requestSubmit();
+    else if (event.key === 'n' && about.newer) askNewer();
     else if (event.key === 'Escape') {
-        box = undefined;
-        field.value = '';
-        draw();
+        noBox();
+        if (redraws) goOn();
+        else draw();
     } else return;
     event.preventDefault();
 });
@@ -300,23 +313,80 @@ field.addEventListener('input', () => {
 element('another').addEventListener('click', () => {
     if (!box) return;
     boxes.push(box);
-    box = undefined;
-    field.value = '';
+    noBox();
     state.textContent = `${boxes.length} drawn; draw the next one`;
     draw();
 });
 
 form.addEventListener('submit', (event) => {
     event.preventDefault();
+    const numbers = (/** @type {Box} */ { x, y, w, h }) => [x, y, w, h];
+    if (redraws) {
+        const id = about.targets[Number(chosen.value)]?.id;
+        if (box) say({ redraw: { frame: about.frame, id, box: numbers(box) } });
+        return;
+    }
     const all = box ? [...boxes, box] : boxes;
     if (all.length === 0) {
         state.textContent = 'Draw a box around the target first';
         return;
     }
-    say({ boxes: all.map(({ x, y, w, h }) => [x, y, w, h]) });
+    say({ boxes: { frame: about.frame, boxes: all.map(numbers) } });
 });
 
-element('cancel').addEventListener('click', () => say('cancel'));
+element('cancel').addEventListener('click', () => {
+    if (redraws) goOn();
+    else say('cancel');
+});
+
+element('newer').addEventListener('click', askNewer);
+
+function askNewer() {
+    state.textContent = 'Waiting for a newer frame';
+    say('newer');
+}
+
+function noBox() {
+    box = undefined;
+    field.value = '';
+}
+
+/** Keeps the frame on the screen while a box is drawn on it; whether one may be drawn. */
+function keepFrame() {
+    if (about.ask || redraws) return true;
+    if (!about.redraw) return false;
+    redraws = true;
+    const lost = (/** @type {Target} */ { status }) => status === 'lost';
+    const option = (/** @type {Target} */ target, /** @type {number} */ at) =>
+        new Option(`${target.name ?? target.id}${lost(target) ? ', lost' : ''}`, `${at}`);
+    chosen.replaceChildren(...about.targets.map(option));
+    chosen.value = `${Math.max(0, about.targets.findIndex(lost))}`;
+    state.textContent = `frame ${about.frame} stays while you draw a target again`;
+    return true;
+}
+
+/** Shows what is there to press while boxes are drawn. */
+function showForm() {
+    form.hidden = !about.ask && !redraws;
+    document.body.classList.toggle('asks', !form.hidden);
+    element('of').hidden = !redraws || about.targets.length < 2;
+    element('another').hidden = element('help').hidden = redraws;
+    element('newer').hidden = !about.newer;
+    element('track').textContent = redraws ? 'Restart' : 'Track';
+    place();
+    draw();
+}
+
+/** Goes on with the newest frame after a target was drawn again, or not. */
+function goOn() {
+    redraws = false;
+    noBox();
+    showForm();
+    canvas.focus();
+    const next = waiting;
+    waiting = undefined;
+    if (next) void show(next);
+}
 
 /** Whether the program has the boxes and no frame came since. */
 let taken = false;
@@ -335,24 +405,30 @@ async function show(data) {
     const image = await createImageBitmap(
         new Blob([new Uint8Array(data, 4 + length)], { type: 'image/jpeg' }),
     );
+    if (redraws) {
+        image.close();
+        waiting = data;
+        return;
+    }
     const resized = image.width !== picture?.width || image.height !== picture.height;
     picture?.close();
     picture = image;
-    const asked = about.ask;
+    const before = about;
     about = next;
     taken = false;
-    form.hidden = !about.ask;
-    document.body.classList.toggle('asks', Boolean(about.ask));
     if (resized) centre = { x: image.width / 2, y: image.height / 2 };
-    if (resized || asked !== about.ask) place();
+    // A box of another frame is none of this one.
+    if (before.frame !== about.frame || before.ask !== about.ask) {
+        boxes = [];
+        noBox();
+    }
+    if (resized || before.ask !== about.ask || before.newer !== about.newer) showForm();
     requestAnimationFrame(() => {
         draw();
         if (about.ask) {
-            if (!asked) canvas.focus();
+            if (!before.ask) canvas.focus();
             state.textContent = `frame ${about.frame}, ${image.width} × ${image.height} pixels`;
-        } else {
-            box = undefined;
-            boxes = [];
+        } else if (!redraws) {
             // The last frame may be decoded after the program has ended, which stays said.
             if (socket.readyState !== WebSocket.CLOSED) describe();
         }
@@ -364,14 +440,12 @@ async function show(data) {
 function answer(text) {
     const said = JSON.parse(text);
     if (said?.error) state.textContent = said.error;
+    if (said?.redrawn) goOn();
     if (!said?.taken) return;
     taken = true;
-    about = { ...about, ask: false };
-    form.hidden = true;
-    document.body.classList.remove('asks');
+    about = { ...about, ask: false, newer: false };
     state.textContent = 'The program goes on with this box. This page can be closed.';
-    place();
-    draw();
+    showForm();
 }
 
 new ResizeObserver(() => {
@@ -407,6 +481,7 @@ async function main() {
     });
     socket.addEventListener('close', () => {
         form.hidden = true;
+        redraws = false;
         if (taken) return;
         state.textContent = picture
             ? 'The program has ended.'
