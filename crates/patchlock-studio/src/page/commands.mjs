@@ -1,5 +1,6 @@
 // All that can be done with a key. Buttons, tooltips and the page of keys are made from this table.
 
+import * as clipboard from './clipboard.mjs';
 import * as drafts from './drafts.mjs';
 import * as edits from './edits.mjs';
 import * as review from './review.mjs';
@@ -102,6 +103,20 @@ function boxes(editor) {
             name: 'Move the box with arrows, resize with Shift',
             keys: ['E'],
             run: () => drafts.beginEdit(editor),
+        },
+        {
+            id: 'copy',
+            group,
+            name: 'Copy the box',
+            keys: ['Ctrl+C'],
+            run: () => clipboard.copyBox(editor),
+        },
+        {
+            id: 'paste',
+            group,
+            name: 'Paste the box: a key frame; in another clip a new target',
+            keys: ['Ctrl+V'],
+            run: () => void clipboard.pasteBox(editor),
         },
         {
             id: 'occluded',
@@ -445,6 +460,8 @@ export class Commands {
         if (target instanceof Element && target.matches('input:not([type=checkbox]), select, textarea'))
             return;
         const keys = keysOf(event);
+        // Words that are marked beside the picture are copied as everywhere.
+        if (keys === 'Ctrl+C' && target !== byId('stage') && getSelection()?.toString()) return;
         const pressesButton = keys === 'Space' || keys === 'Enter';
         if (
             pressesButton &&

@@ -74,6 +74,8 @@ export class Editor extends EventTarget {
         this.joinFirst = null;
         /** A box on its way to the server: @type {{target: number | null, frame: number, box: Box} | null} */
         this.pendingBox = null;
+        /** The box that was copied: @type {import('./clipboard.mjs').Copied | null} */
+        this.copied = null;
         /** When and where playing began: @type {{time: number, frame: number} | null} */
         this.began = null;
         /** @type {ReturnType<typeof setTimeout> | undefined} */

@@ -31,6 +31,7 @@ pub const FILES: &[PageFile] = &[
     file!("attributes.mjs", SCRIPT),
     file!("camera.mjs", SCRIPT),
     file!("clip.mjs", SCRIPT),
+    file!("clipboard.mjs", SCRIPT),
     file!("clips.mjs", SCRIPT),
     file!("commands.mjs", SCRIPT),
     file!("dom.mjs", SCRIPT),
