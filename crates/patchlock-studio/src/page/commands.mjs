@@ -19,7 +19,7 @@ import { tell } from './notices.mjs';
  * @property {boolean} [repeats] whether it runs again while the key is held
  */
 
-/** @typedef {'openLabels' | 'openExport' | 'openImport' | 'toggleClips' | 'toggleCamera'} PageName */
+/** @typedef {'openLabels' | 'openExport' | 'openImport' | 'toggleClips' | 'togglePicture' | 'toggleCamera'} PageName */
 /** @typedef {Record<PageName, () => void>} Pages other parts of the page that commands open */
 
 /**
@@ -257,10 +257,10 @@ function tracking(editor) {
 /**
  * @param {import('./editor.mjs').Editor} editor
  * @param {import('./stage.mjs').Stage} stage
- * @param {{toggleClips: () => void}} pages
+ * @param {Record<'toggleClips' | 'togglePicture', () => void>} pages
  * @returns {Command[]}
  */
-function viewing(editor, stage, { toggleClips }) {
+function viewing(editor, stage, { toggleClips, togglePicture }) {
     const group = 'View';
     return [
         {
@@ -281,6 +281,13 @@ function viewing(editor, stage, { toggleClips }) {
             run: () => stage.zoomBy(1.25),
         },
         { id: 'zoom-out', group, name: 'Zoom out', keys: ['-'], repeats: true, run: () => stage.zoomBy(0.8) },
+        {
+            id: 'picture',
+            group,
+            name: 'Brightness and contrast of the picture',
+            keys: ['P'],
+            run: togglePicture,
+        },
         {
             id: 'look',
             group,

@@ -12,6 +12,7 @@ import { Editor } from './editor.mjs';
 import { acceptDrops, openExport, openImport } from './files.mjs';
 import { complain } from './notices.mjs';
 import { Panel, openLabels } from './panel.mjs';
+import { Picture } from './picture.mjs';
 import { Stage } from './stage.mjs';
 import { Timeline } from './timeline.mjs';
 
@@ -24,6 +25,7 @@ const stage = new Stage(editor);
 const timeline = new Timeline(editor);
 const panel = new Panel(editor);
 const clipList = new ClipList(editor);
+const picture = new Picture();
 const camera = new Camera((clip) => void openRecording(clip));
 
 const commands = new Commands(
@@ -33,6 +35,7 @@ const commands = new Commands(
         openExport: () => void editor.readClips().then(() => openExport(editor)),
         openImport: () => openImport(editor),
         toggleClips: () => clipList.toggle(),
+        togglePicture: () => picture.toggle(),
         toggleCamera,
     }),
     editor,

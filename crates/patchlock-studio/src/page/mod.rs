@@ -45,6 +45,7 @@ pub const FILES: &[PageFile] = &[
     file!("main.mjs", SCRIPT),
     file!("notices.mjs", SCRIPT),
     file!("panel.mjs", SCRIPT),
+    file!("picture.mjs", SCRIPT),
     file!("places.mjs", SCRIPT),
     file!("playing.mjs", SCRIPT),
     file!("requests.mjs", SCRIPT),

@@ -1,4 +1,4 @@
-// The canvas: the frame, the boxes on it, and what pointers do there.
+// The canvases: the frame, the boxes over it, and what pointers do there.
 
 import * as drafts from './drafts.mjs';
 import * as edits from './edits.mjs';
@@ -29,6 +29,9 @@ export class Stage {
         this.editor = editor;
         this.canvas = /** @type {HTMLCanvasElement} */ (byId('stage'));
         this.context = /** @type {CanvasRenderingContext2D} */ (this.canvas.getContext('2d'));
+        /** The frame has a canvas of its own, so that the boxes keep their colours however it is shown. */
+        this.picture = /** @type {HTMLCanvasElement} */ (byId('picture'));
+        this.pictureContext = /** @type {CanvasRenderingContext2D} */ (this.picture.getContext('2d'));
         this.zoom = new Zoom();
         /** @type {Gesture | null} */
         this.gesture = null;
@@ -68,8 +71,10 @@ export class Stage {
 
     #resize() {
         const { clientWidth: width, clientHeight: height } = this.canvas;
-        this.canvas.width = Math.round(width * devicePixelRatio);
-        this.canvas.height = Math.round(height * devicePixelRatio);
+        for (const canvas of [this.canvas, this.picture]) {
+            canvas.width = Math.round(width * devicePixelRatio);
+            canvas.height = Math.round(height * devicePixelRatio);
+        }
         this.zoom.resize({ width, height }, this.zoom.frame);
         this.#zoomed();
         // Without this the canvas would be empty until the next change.
@@ -354,8 +359,10 @@ export class Stage {
 
     render() {
         const { context, zoom, editor, canvas } = this;
-        context.setTransform(devicePixelRatio, 0, 0, devicePixelRatio, 0, 0);
-        context.clearRect(0, 0, canvas.clientWidth, canvas.clientHeight);
+        for (const each of [context, this.pictureContext]) {
+            each.setTransform(devicePixelRatio, 0, 0, devicePixelRatio, 0, 0);
+            each.clearRect(0, 0, canvas.clientWidth, canvas.clientHeight);
+        }
         this.#renderPicture();
         if (!editor.clip) return;
         for (const track of editor.clip.tracks) {
@@ -367,7 +374,7 @@ export class Stage {
     }
 
     #renderPicture() {
-        const { context, zoom, editor } = this;
+        const { pictureContext: context, zoom, editor } = this;
         const picture = editor.frames?.shown?.picture;
         // For tests: which frame is on the screen, and how much tracking has ended.
         this.canvas.dataset.frame = picture ? String(editor.shownFrame) : '';
