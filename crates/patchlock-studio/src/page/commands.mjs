@@ -3,6 +3,7 @@
 import * as clipboard from './clipboard.mjs';
 import * as drafts from './drafts.mjs';
 import * as edits from './edits.mjs';
+import * as proposals from './proposals.mjs';
 import * as review from './review.mjs';
 import * as playing from './playing.mjs';
 import * as stretches from './stretches.mjs';
@@ -72,6 +73,24 @@ function moving(editor) {
     ];
 }
 
+/**
+ * Says yes to what is in question: a box that is drawn, a proposal, the box of the selected target.
+ * @param {import('./editor.mjs').Editor} editor
+ */
+function confirm(editor) {
+    if (editor.draft) return drafts.acceptDraft(editor);
+    return editor.proposal ? proposals.accept(editor, [editor.proposal]) : edits.confirm(editor);
+}
+
+/**
+ * Deletes what is in question: a proposal, the boxes of a marked stretch, the selected target.
+ * @param {import('./editor.mjs').Editor} editor
+ */
+function remove(editor) {
+    if (editor.proposal) return proposals.reject(editor, [editor.proposal]);
+    return editor.stretch ? stretches.deleteBoxes(editor) : edits.deleteTarget(editor);
+}
+
 /** @param {import('./editor.mjs').Editor} editor @returns {Command[]} */
 function boxes(editor) {
     const group = 'Boxes';
@@ -81,7 +100,21 @@ function boxes(editor) {
             group,
             name: 'The box is right: make it a key frame',
             keys: ['Enter'],
-            run: () => void (editor.draft ? drafts.acceptDraft(editor) : edits.confirm(editor)),
+            run: () => void confirm(editor),
+        },
+        {
+            id: 'next-proposal',
+            group,
+            name: 'Next proposal: Enter accepts it, Del rejects it',
+            keys: ['Y'],
+            run: () => proposals.goToNext(editor),
+        },
+        {
+            id: 'accept-proposals',
+            group,
+            name: 'Accept all proposals of this frame',
+            keys: ['Shift+Y'],
+            run: () => void proposals.acceptAll(editor),
         },
         {
             id: 'toggle-key',
@@ -204,9 +237,9 @@ function targets(editor, { openLabels }) {
         {
             id: 'delete',
             group,
-            name: 'Delete the target, or the boxes of a marked stretch',
+            name: 'Delete the target, the boxes of a marked stretch, or a proposal',
             keys: ['Delete', 'Backspace'],
-            run: () => void (editor.stretch ? stretches.deleteBoxes(editor) : edits.deleteTarget(editor)),
+            run: () => void remove(editor),
         },
     ];
 }

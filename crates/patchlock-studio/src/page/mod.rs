@@ -48,6 +48,7 @@ pub const FILES: &[PageFile] = &[
     file!("picture.mjs", SCRIPT),
     file!("places.mjs", SCRIPT),
     file!("playing.mjs", SCRIPT),
+    file!("proposals.mjs", SCRIPT),
     file!("requests.mjs", SCRIPT),
     file!("review.mjs", SCRIPT),
     file!("stage.mjs", SCRIPT),

@@ -2,6 +2,7 @@
 
 import * as drafts from './drafts.mjs';
 import * as edits from './edits.mjs';
+import * as proposals from './proposals.mjs';
 import { byId } from './dom.mjs';
 import { HANDLES, drawBox, drawCross, drawHidden, handleAt, resized } from './drawing.mjs';
 import { tidy } from './tracks.mjs';
@@ -311,10 +312,20 @@ export class Stage {
         this.gesture = null;
         if (!gesture) return;
         if (!moved) {
-            if (gesture.kind === 'draw' && !editor.drawing) editor.select(null);
+            if (gesture.kind === 'draw' && !editor.drawing) this.#click(gesture.from);
             return;
         }
         this.#accept(gesture);
+    }
+
+    /**
+     * A click where no box of a target is: it accepts a proposal, or selects nothing.
+     * @param {Point} at
+     */
+    #click(at) {
+        const proposal = proposals.proposalAt(this.editor, at);
+        if (proposal) void proposals.accept(this.editor, [proposal]);
+        else this.editor.select(null);
     }
 
     /** @param {Gesture} gesture */
@@ -350,8 +361,10 @@ export class Stage {
         if (editor.drawing) return 'crosshair';
         const handle = gesture?.kind === 'resize' ? gesture.handle : this.#handle(at, 9)?.handle;
         if (handle) return `${handle}-resize`;
-        const hit = this.#hit(this.zoom.toFrame(at.x, at.y));
+        const point = this.zoom.toFrame(at.x, at.y);
+        const hit = this.#hit(point);
         if (editor.joinFirst !== null && hit) return 'copy';
+        if (!hit && !gesture && proposals.proposalAt(editor, point)) return 'pointer';
         return hit ? (hit.target === editor.selected ? 'move' : 'pointer') : 'crosshair';
     }
 
@@ -369,6 +382,7 @@ export class Stage {
             if (track.target.id !== editor.selected) this.#renderTrack(track);
         }
         if (editor.track) this.#renderTrack(editor.track);
+        this.#renderProposals();
         this.#renderNew();
         if (editor.drawing && !this.gesture && this.hover) drawCross(context, this.hover, zoom.view);
     }
@@ -423,6 +437,16 @@ export class Stage {
         const { draft, pendingBox } = this.editor;
         if (draft?.target === id) return draft.box;
         return pendingBox?.target === id && pendingBox.frame === frame ? pendingBox.box : null;
+    }
+
+    #renderProposals() {
+        const { editor, context, zoom } = this;
+        for (const proposal of editor.proposals.in(editor.clip, editor.shownFrame)) {
+            const colour = editor.clip?.colourOfLabel(proposal.label) ?? '#888888';
+            const text = proposals.nameOf(proposal);
+            const selected = proposal === editor.proposal;
+            drawBox(context, zoom.toView(proposal.box), { colour, text, selected, kind: 'proposal' });
+        }
     }
 
     #renderNew() {
