@@ -4,8 +4,8 @@ use numpy::{IntoPyArray, PyArray3, ndarray::Array3};
 use patchlock::{Estimate, Status};
 use patchlock_cli::output::Seen;
 use patchlock_cli::output::draw::{annotate_on, colour, score_label};
-use patchlock_studio::drawing::canvas::Canvas;
-use patchlock_studio::drawing::tag;
+use patchlock_drawing::canvas::Canvas;
+use patchlock_drawing::tag;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 

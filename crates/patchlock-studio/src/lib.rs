@@ -6,8 +6,6 @@
 //! corrects.
 
 #[cfg(feature = "server")]
-pub mod drawing;
-#[cfg(feature = "server")]
 pub mod engine;
 pub mod export;
 pub mod import;

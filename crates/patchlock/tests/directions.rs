@@ -142,6 +142,7 @@ const CRATES: &[(&str, &[&str], &[&str])] = &[
     ("patchlock", &["patchlock-fft"], &["patchlock", "patchlock-scene", "patchlock-testdata"]),
     // Without threads, files and the clock.
     ("patchlock-web", &["patchlock"], &["patchlock-scene"]),
+    ("patchlock-drawing", &["patchlock"], &[]),
     ("patchlock-media", &["patchlock"], &["patchlock-scene"]),
     ("patchlock-track", &["patchlock", "patchlock-media"], &[]),
     (
@@ -151,13 +152,14 @@ const CRATES: &[(&str, &[&str], &[&str])] = &[
     ),
     (
         "patchlock-studio",
-        &["patchlock", "patchlock-media", "patchlock-track"],
+        &["patchlock", "patchlock-drawing", "patchlock-media", "patchlock-track"],
         &["patchlock-scene"],
     ),
     (
         "patchlock-cli",
         &[
             "patchlock",
+            "patchlock-drawing",
             "patchlock-media",
             "patchlock-track",
             "patchlock-bench",
@@ -170,6 +172,7 @@ const CRATES: &[(&str, &[&str], &[&str])] = &[
         "patchlock-py",
         &[
             "patchlock",
+            "patchlock-drawing",
             "patchlock-media",
             "patchlock-track",
             "patchlock-bench",

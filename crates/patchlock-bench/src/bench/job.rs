@@ -12,7 +12,7 @@ use super::plan::{self, Options, Plan};
 use super::runner::{self, Failure};
 use super::schemes::Start;
 use super::store::{Clip, Footage, Identity, Run, Series, Store, Task, Trajectory, Written};
-use super::subject::{self, Patchlock};
+use super::trackers::{self, Patchlock};
 use crate::Error;
 use crate::dataset::Dataset;
 use patchlock_track::settings::SettingsError;
@@ -137,7 +137,7 @@ impl Job {
 
     fn track_files(&self, files: &[PathBuf]) -> Result<Trajectory, Error> {
         let identity = self.identity()?;
-        let mut subject = subject::start(&identity, self.seed, self.threads, self.patience)?;
+        let mut subject = trackers::start(&identity, self.seed, self.threads, self.patience)?;
         runner::trace(files.iter().map(Ok), |file, is_first| match is_first {
             true => subject.begin(file, self.start.bbox),
             false => subject.follow(file),

@@ -1,18 +1,10 @@
-//! The tracker under test: Patchlock or an external program.
+//! What a tracker under test does, whatever it is.
 
 use std::path::Path;
-use std::sync::Arc;
-use std::time::Duration;
 
-use patchlock::{BoundingBox, Estimate, Status, TrackerConfig};
-use patchlock_media::{Picture, image_file};
+use patchlock::{BoundingBox, Estimate, Status};
 
-use super::store::{Identity, with_seed};
-use super::trax::Trax;
 use crate::Error;
-use patchlock_track::UsedNetwork;
-use patchlock_track::session::{self, Session};
-use rayon::ThreadPool;
 
 /// The answer of a tracker for one frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,7 +25,8 @@ impl Answer {
         Self { bbox, seconds, score: None, status: None }
     }
 
-    fn of_estimate(estimate: &Estimate, seconds: f64) -> Self {
+    /// The answer that an estimate is.
+    pub(super) fn of_estimate(estimate: &Estimate, seconds: f64) -> Self {
         let (score, status) = (Some(estimate.score), Some(estimate.status));
         Self { bbox: Some(estimate.bbox), seconds, score, status }
     }
@@ -52,127 +45,4 @@ pub trait Subject {
     /// # Errors
     /// As [`Subject::begin`].
     fn follow(&mut self, frame: &Path) -> Result<Answer, Error>;
-}
-
-/// The tracker of this project. Its times exclude decoding.
-pub struct Patchlock {
-    config: TrackerConfig,
-    pool: Arc<ThreadPool>,
-    /// `None` before the first box.
-    session: Option<Session>,
-}
-
-impl Patchlock {
-    /// Creates a tracker with this number of threads.
-    ///
-    /// # Errors
-    /// [`Error::Subject`] if the configuration is invalid; [`Error::Track`].
-    pub fn new(config: TrackerConfig, threads: usize) -> Result<Self, Error> {
-        config.validate().map_err(|error| Error::Subject(error.to_string()))?;
-        Ok(Self { config, pool: session::pool(Some(threads))?, session: None })
-    }
-
-    /// Creates the tracker that an identity describes, with this seed.
-    ///
-    /// # Errors
-    /// [`Error::Subject`] if the identity is that of another program or version, or of another
-    /// network than the one in its configuration.
-    pub fn of(identity: &Identity, seed: u64, threads: usize) -> Result<Self, Error> {
-        let Identity::Patchlock { version, build, configuration, network, .. } = identity else {
-            return Err(Error::Subject("the tracker is an external program".to_string()));
-        };
-        let here = (env!("CARGO_PKG_VERSION"), patchlock::BUILD);
-        if (version.as_str(), build.as_str()) != here {
-            let reason = format!(
-                "the runs need Patchlock {version} (build {build}), but this is {} (build {}): \
-                 install the same build everywhere",
-                here.0, here.1
-            );
-            return Err(Error::Subject(reason));
-        }
-        let given = configuration.network.as_ref().map(UsedNetwork::from);
-        if *network != given {
-            return Err(Error::Subject(other_network(network.as_ref(), given.as_ref())));
-        }
-        Self::new(with_seed(configuration, seed), threads)
-    }
-
-    /// The estimate of the latest frame; `None` before the first one.
-    pub fn estimate(&self) -> Option<&Estimate> {
-        self.session.as_ref().map(Session::estimate)
-    }
-
-    /// Starts on a box in a picture.
-    ///
-    /// # Errors
-    /// The error of the tracker.
-    pub fn begin_on(
-        &mut self,
-        picture: &Picture,
-        bbox: BoundingBox,
-    ) -> Result<Answer, patchlock::Error> {
-        let frame = picture.frame()?;
-        let (config, pool) = (self.config.clone(), Arc::clone(&self.pool));
-        let (session, seconds) = Session::start(config, pool, &frame, bbox)?;
-        let answer = Answer::of_estimate(session.estimate(), seconds);
-        self.session = Some(session);
-        // The first box of a trajectory is the one that was given.
-        Ok(Answer { bbox: Some(bbox), ..answer })
-    }
-
-    /// Tracks the target in the next picture.
-    ///
-    /// # Errors
-    /// The error of the tracker.
-    pub fn follow_to(&mut self, picture: &Picture) -> Result<Answer, patchlock::Error> {
-        let frame = picture.frame()?;
-        // Without a first box there is nothing to follow.
-        let Some(session) = &mut self.session else { return Ok(Answer::of_box(None, 0.0)) };
-        let (estimate, seconds) = session.update(&frame)?;
-        Ok(Answer::of_estimate(estimate, seconds))
-    }
-}
-
-/// Why runs cannot be made with this network.
-fn other_network(needed: Option<&UsedNetwork>, given: Option<&UsedNetwork>) -> String {
-    let shown = |network: Option<&UsedNetwork>| match network {
-        Some(network) => format!("{network}, SHA-256 {}", network.model_sha256),
-        None => "none".to_string(),
-    };
-    format!("the runs need the network {}; given: {}", shown(needed), shown(given))
-}
-
-fn load(file: &Path) -> Result<Picture, Error> {
-    image_file::load(file).map_err(|reason| Error::frame(file, reason))
-}
-
-fn stopped_at(file: &Path, reason: &patchlock::Error) -> Error {
-    Error::Tracker { path: file.to_path_buf(), reason: reason.to_string() }
-}
-
-impl Subject for Patchlock {
-    fn begin(&mut self, frame: &Path, bbox: BoundingBox) -> Result<Answer, Error> {
-        self.begin_on(&load(frame)?, bbox).map_err(|error| stopped_at(frame, &error))
-    }
-
-    fn follow(&mut self, frame: &Path) -> Result<Answer, Error> {
-        self.follow_to(&load(frame)?).map_err(|error| stopped_at(frame, &error))
-    }
-}
-
-/// Creates the tracker for one run: Patchlock with `threads` threads, or an external program with
-/// the time limit `patience` for each answer.
-///
-/// # Errors
-/// [`Error::Subject`] if the tracker cannot be started or is of a different version than the runs.
-pub fn start(
-    identity: &Identity,
-    seed: u64,
-    threads: usize,
-    patience: Duration,
-) -> Result<Box<dyn Subject>, Error> {
-    Ok(match identity {
-        Identity::Patchlock { .. } => Box::new(Patchlock::of(identity, seed, threads)?),
-        Identity::Trax { command } => Box::new(Trax::start(command, seed, patience)?),
-    })
 }

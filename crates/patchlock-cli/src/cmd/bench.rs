@@ -9,7 +9,7 @@ use patchlock_bench::bench::plan::{self, Entrant, MOST_SECONDS, MOST_SEEDS, Opti
 use patchlock_bench::bench::runner;
 use patchlock_bench::bench::schemes::Scheme;
 use patchlock_bench::bench::store::{Store, Task};
-use patchlock_bench::bench::subject;
+use patchlock_bench::bench::trackers;
 use patchlock_bench::dataset::Dataset;
 use patchlock_track::names::{self, counted};
 
@@ -189,7 +189,7 @@ pub fn run(args: &BenchArgs) -> Result<()> {
     let jobs = args.jobs;
     let threads = threads_each(args.threads, jobs);
     let subject = &store.series().subject;
-    let make = |seed| subject::start(subject, seed, threads, options.entrant.patience());
+    let make = |seed| trackers::start(subject, seed, threads, options.entrant.patience());
     let progress = RunsProgress::new(&tasks, args.quiet);
     failures.extend(runner::run(&tasks, &store, &make, jobs, threads, &progress));
     let made = progress.finish();

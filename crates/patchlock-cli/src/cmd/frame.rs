@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use clap::Args;
+use patchlock_drawing::canvas::{Area, Canvas};
+use patchlock_drawing::text;
 use patchlock_media::live::Address;
 use patchlock_media::{Limits, Order, Picture};
-use patchlock_studio::drawing::canvas::{Area, Canvas};
-use patchlock_studio::drawing::text;
 
 use super::{LimitArgs, input};
 use crate::failure::{Failure, failed, interrupted, say, usage};

@@ -4,8 +4,8 @@
 //! word LOST.
 
 use patchlock::{Estimate, Status};
-use patchlock_studio::drawing::canvas::{Canvas, Line};
-use patchlock_studio::drawing::{LOST, lost_box, scale, tag, upright};
+use patchlock_drawing::canvas::{Canvas, Line};
+use patchlock_drawing::{LOST, lost_box, scale, tag, upright};
 
 use super::panels::Panels;
 use super::{Seen, Tracked, many};
@@ -94,7 +94,7 @@ fn by_score(score: f64) -> [u8; 3] {
 #[cfg(test)]
 mod tests {
     use patchlock::BoundingBox;
-    use patchlock_studio::drawing::PANEL;
+    use patchlock_drawing::PANEL;
 
     use super::super::example;
     use super::*;

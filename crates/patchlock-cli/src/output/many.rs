@@ -1,8 +1,8 @@
 //! Draws many targets on a frame, each with its box, outline and id in its own colour.
 
 use patchlock::Status;
-use patchlock_studio::drawing::canvas::{Canvas, Line};
-use patchlock_studio::drawing::{lost_box, scale, tag, upright};
+use patchlock_drawing::canvas::{Canvas, Line};
+use patchlock_drawing::{lost_box, scale, tag, upright};
 
 use super::Seen;
 use super::draw::outline;

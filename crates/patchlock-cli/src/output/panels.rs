@@ -2,8 +2,8 @@
 //! patches in another. Each is in a corner where it covers no target, as long as there is one.
 
 use patchlock::{Estimate, Visibility, VisibilityMap};
-use patchlock_studio::drawing::canvas::{Area, Canvas};
-use patchlock_studio::drawing::{PANEL, PANEL_OPACITY, scale, text};
+use patchlock_drawing::canvas::{Area, Canvas};
+use patchlock_drawing::{PANEL, PANEL_OPACITY, scale, text};
 
 use super::Seen;
 use super::draw::{HIDDEN, VISIBLE, colour, score_label};

@@ -1,8 +1,8 @@
 //! A picture of selected frames side by side, each with a caption.
 
 use anyhow::{Context, Result};
-use patchlock_studio::drawing::canvas::{Area, Canvas};
-use patchlock_studio::drawing::text;
+use patchlock_drawing::canvas::{Area, Canvas};
+use patchlock_drawing::text;
 
 const BACKGROUND: [u8; 3] = [18, 22, 28];
 const TITLE: [u8; 3] = [236, 240, 244];

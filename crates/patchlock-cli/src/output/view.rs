@@ -2,7 +2,7 @@
 
 use anyhow::{Context, Result};
 use patchlock::BoundingBox;
-use patchlock_studio::drawing::canvas::{Area, Canvas};
+use patchlock_drawing::canvas::{Area, Canvas};
 
 use super::draw::annotate_on;
 use super::panels::Panels;

@@ -16,9 +16,9 @@ use super::answer::{PathParam, Refusal, aside};
 use super::app::App;
 use super::clips::{OpenClip, no_target};
 use super::files::{cannot_keep, download, stem};
-use crate::drawing::canvas::{Canvas, Line};
-use crate::drawing::{LOST, lost_box, scale, tag, upright};
 use crate::project::{Project, Target};
+use patchlock_drawing::canvas::{Canvas, Line};
+use patchlock_drawing::{LOST, lost_box, scale, tag, upright};
 
 /// The quantiser: lines of one pixel stay crisp.
 const QUALITY: u8 = 26;
