@@ -43,6 +43,32 @@ test('a target with one box is not overlooked', async ({ page }) => {
     await studio.kill();
 });
 
+test('Esc says which targets were waiting, and they can be tracked', async ({ page, folder }) => {
+    // A slow tracker, so that the first target is tracked while the second one is drawn.
+    const studio = await Studio.start(folder.videos, ['--preset', 'paper']);
+    const work = new Work(page);
+    await work.open(studio.address);
+    const tracked = (at) => Object.keys(folder.project().targets[at].tracked).length;
+    await work.draw(truth[0]);
+    await expect(work.targets()).toHaveCount(1);
+    await work.drawAnother(other);
+    await expect(page.locator('#job-text')).toContainText('Tracking target 1');
+    await expect(page.locator('#job-text')).toContainText('then target 2');
+    await work.press('Escape');
+    const notices = page.locator('#notices');
+    await expect(notices).toContainText('Tracking of target 1 stopped');
+    await expect(notices).toContainText('Not tracked, since it was waiting: target 2.');
+    await expect(page.locator('#job')).toBeHidden();
+    await expect(page.locator('#doubts')).toContainText(/target 2 · frame \d+not tracked yet/);
+    expect(tracked(1)).toBe(0);
+
+    await notices.getByRole('button', { name: 'Track', exact: true }).click();
+    await expect(page.locator('#job-text')).toContainText('Tracking target 2');
+    await expect.poll(() => tracked(1)).toBeGreaterThan(0);
+    expect(work.thrown).toEqual([]);
+    await studio.kill();
+});
+
 test('nothing is said too early', async ({ work, page }) => {
     const empty = page.locator('#doubts-empty');
     const said = [];

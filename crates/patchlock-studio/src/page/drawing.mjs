@@ -56,7 +56,7 @@ export function inkOn(colour) {
  * @property {string} colour
  * @property {string} text
  * @property {boolean} selected
- * @property {TargetBox['kind']} kind
+ * @property {TargetBox['kind'] | 'proposal'} kind
  * @property {boolean} [handles]
  */
 
@@ -68,9 +68,9 @@ export function inkOn(colour) {
  */
 export function drawBox(context, box, { colour, text, selected, kind, handles }) {
     const shown = kind === 'lost' ? '#9aa0a6' : colour;
-    const dashes = kind === 'uncertain' ? [7, 4] : kind === 'lost' ? [2, 4] : [];
+    const dashes = { uncertain: [7, 4], lost: [2, 4], proposal: [4, 4] };
     context.save();
-    context.setLineDash(dashes);
+    if (kind in dashes) context.setLineDash(dashes[/** @type {keyof typeof dashes} */ (kind)]);
     // A dark line below makes the box visible on any picture.
     context.lineWidth = selected ? 4 : 3;
     context.strokeStyle = 'rgba(0, 0, 0, 0.45)';

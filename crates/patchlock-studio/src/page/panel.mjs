@@ -7,6 +7,7 @@ import { byId, counted, element, iconButton, openDialog } from './dom.mjs';
 import { drawHidden } from './drawing.mjs';
 import { inNumbers, inWords } from './editor.mjs';
 import { copy, thumbnails } from './frames.mjs';
+import { reject } from './proposals.mjs';
 import { renderRemarks } from './review.mjs';
 import { asBox } from './tracks.mjs';
 
@@ -35,6 +36,9 @@ export class Panel {
         byId('hide-apply').addEventListener('click', () => this.#hide());
         byId('gap-continue').addEventListener('click', () => void edits.continueTracking(editor));
         byId('attributes').addEventListener('click', () => openAttributes(editor));
+        byId('reject-proposals').addEventListener('click', () =>
+            reject(editor, editor.proposals.of(editor.clip)),
+        );
     }
 
     /**
@@ -70,6 +74,7 @@ export class Panel {
             this.#renderLabels(),
         );
         this.#renderTarget();
+        this.#renderProposals();
         this.#update('remarks', [clip?.info.id, clip?.project.remarks, targets], () => renderRemarks(editor));
         const doubts = clip?.doubts.slice(0, DOUBTS_SHOWN) ?? [];
         this.#update(
@@ -212,6 +217,18 @@ export class Panel {
         byId('gap-text').textContent =
             `${share} % of the clip is not tracked: frames ${gap.from} to ${gap.to}` +
             `${gap.more ? ' and others' : ''}.`;
+    }
+
+    #renderProposals() {
+        const { clip, frame, proposals, proposal } = this.editor;
+        const all = proposals.of(clip).length;
+        byId('proposals-part').hidden = all === 0;
+        byId('proposals-count').textContent = String(all);
+        const here = proposals.in(clip, frame).length;
+        byId('proposals-text').textContent = here
+            ? `In this frame: ${here}. A click on one accepts it.`
+            : 'None in this frame.';
+        byId('reject-proposal').toggleAttribute('disabled', !proposal);
     }
 
     #hide() {

@@ -339,6 +339,18 @@ export function tidy({ x, y, w, h }) {
 }
 
 /**
+ * Intersection over union of two boxes.
+ * @param {Box} a
+ * @param {Box} b
+ */
+export function overlap(a, b) {
+    const w = Math.min(a.x + a.w, b.x + b.w) - Math.max(a.x, b.x);
+    const h = Math.min(a.y + a.h, b.y + b.h) - Math.max(a.y, b.y);
+    const both = Math.max(0, w) * Math.max(0, h);
+    return both / (a.w * a.h + b.w * b.h - both);
+}
+
+/**
  * A box as the server sends it in some places, as four numbers.
  * @param {Box | number[] | null | undefined} box
  * @returns {Box | null}

@@ -126,6 +126,14 @@ export interface Preview {
     attributes: Record<string, string[]>;
     there: number;
     notes: string[];
+    /** The first box of each target. */
+    proposals: Proposal[];
+}
+export interface Proposal {
+    frame: number;
+    label: string;
+    box: Box;
+    score: number | null;
 }
 export interface VisibilityView {
     box: Box | null;

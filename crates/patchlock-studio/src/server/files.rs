@@ -13,6 +13,7 @@ use axum::http::HeaderValue;
 use axum::http::header::{CONTENT_DISPOSITION, CONTENT_LENGTH, CONTENT_TYPE};
 use axum::response::{IntoResponse as _, Response};
 use futures_util::stream;
+use patchlock::Status;
 use patchlock_media::Limits;
 use patchlock_track::export::{ExportSummary, KeyFrames, Selection};
 use serde::Deserialize;
@@ -28,7 +29,7 @@ use super::app::App;
 use super::clips::{Clips, OpenClip};
 use super::options::ProjectLocation;
 use crate::import::ImportResult;
-use crate::project::{Attribute, Project, Target};
+use crate::project::{Attribute, Project, Target, Video, check};
 use crate::{export, import, project};
 
 /// Longest name of a file, in characters.
@@ -198,7 +199,19 @@ fn preview_of(
         "attributes": new_attributes(&known, &declared),
         "there": found.iter().filter(is_there).count(),
         "notes": notes,
+        "proposals": found.iter().filter_map(|it| proposal(it, &known.video)).collect::<Vec<_>>(),
     }))
+}
+
+/// The first box of a target that a person could have drawn, with its score if it has one, for the
+/// person to decide whether it is one.
+fn proposal(target: &Target, video: &Video) -> Option<Value> {
+    let keys = target.keys.iter().map(|(frame, key)| (*frame, key.bbox, None));
+    let tracked = target.tracked.iter().filter(|(_, tracked)| tracked.status != Status::Lost);
+    let tracked = tracked.map(|(frame, tracked)| (*frame, tracked.bbox, Some(tracked.score)));
+    let boxes = keys.chain(tracked).filter(|(_, bbox, _)| check::drawn_box(*bbox, video).is_ok());
+    let (frame, bbox, score) = boxes.min_by_key(|(frame, ..)| *frame)?;
+    Some(json!({ "frame": frame, "label": target.label, "box": bbox, "score": score }))
 }
 
 /// The names of attributes that labels would declare from then on.

@@ -107,6 +107,26 @@ fn files_of_images_are_imported_together() {
     server.send("POST", "/api/clips/1/import?format=yolo", b"x").error(400);
 }
 
+/// What a person is asked about: boxes that a person could have drawn, each with the score of the
+/// detector.
+#[test]
+fn a_preview_has_the_first_box_of_each_target() {
+    let server = Running::new();
+    let mot = "1,-1,10,20,30,40,0.75\n1,-1,900000,20,30,40,0.75\n1,-1,60,20,0.5,40,0.75\n\
+               2,7,10,20,30,40,0\n3,7,11,20,30,40,0.5\n4,7,12,20,30,40,1\n";
+    let preview =
+        server.send("POST", "/api/clips/1/import?format=mot&preview=true", mot.as_bytes());
+    assert_eq!(preview.status, 200, "{}", preview.text());
+    let proposal = |frame: usize, x: f64, score: f64| {
+        let bbox = json!({ "x": x, "y": 19.0, "w": 30.0, "h": 40.0 });
+        json!({ "frame": frame, "label": "target", "box": bbox, "score": score })
+    };
+    let expected = [proposal(0, 9.0, 0.75), proposal(2, 10.0, 0.5)];
+    let found = preview.json();
+    assert_eq!((&found["proposals"], &found["targets"]), (&json!(expected), &json!(4)));
+    assert_eq!(server.clip()["project"]["targets"], json!([]));
+}
+
 #[test]
 fn a_folder_is_exported_as_one_file() {
     let server = TestServer::new();

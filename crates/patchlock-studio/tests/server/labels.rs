@@ -79,6 +79,10 @@ fn labels_of_an_import_are_those_of_all_clips() {
     let expected = json!({
         "targets": 1, "keys": 2, "boxes": 2, "first": 0, "last": 1, "there": 0,
         "labels": [{ "name": "boat", "targets": 1, "new": true }], "attributes": {}, "notes": [],
+        "proposals": [{
+            "frame": 0, "label": "boat", "score": null,
+            "box": { "x": 10.0, "y": 10.0, "w": 20.0, "h": 20.0 },
+        }],
     });
     assert_eq!(found, expected);
     assert_eq!(project(&server, 1)["targets"], json!([]));
