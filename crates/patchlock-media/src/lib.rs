@@ -29,6 +29,7 @@ mod external_encoder;
 mod fake_ffmpeg;
 mod feed;
 mod ffmpeg;
+mod find;
 mod guard;
 mod h264;
 mod helper;

@@ -19,6 +19,6 @@ pub fn find(
     _: &std::ffi::OsStr,
     _: bool,
     _: crate::Limits,
-) -> Option<Result<crate::open::OpenedSource, crate::Error>> {
+) -> Option<Result<crate::find::OpenedSource, crate::Error>> {
     None
 }

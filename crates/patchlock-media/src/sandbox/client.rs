@@ -16,9 +16,9 @@ use tempfile::TempDir;
 use super::wire::{self, Kind, Reply, Request};
 use crate::child::{ChildGuard, own_process_group};
 use crate::confine::{self, SandboxPolicy};
+use crate::find::OpenedSource;
 use crate::image_file::is_image;
 use crate::limits::{self, Limits, MOST_FRAMES};
-use crate::open::OpenedSource;
 use crate::{Error, FrameFault, FrameRate, FrameSource, Helper, Note, Picture, Pixels};
 
 /// What the pipe holds, if the system allows it: a frame of 640 x 480 pixels.

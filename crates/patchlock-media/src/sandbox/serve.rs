@@ -6,7 +6,7 @@ use std::os::fd::AsFd;
 
 use super::wire::{self, Kind, Reply, Request};
 use super::wire_error::WireError;
-use crate::open::{OpenedSource, find_guarded};
+use crate::find::{OpenedSource, find_guarded};
 use crate::{Error, Limits, Picture, Pixels, ffmpeg, guard};
 
 /// Pictures that are decoded between two signs of life.

@@ -5,7 +5,7 @@ import { tell } from './notices.mjs';
 
 /** @typedef {import('./editor.mjs').Editor} Editor */
 /**
- * @typedef {object} Copied
+ * @typedef {object} ClipboardBox
  * @property {number} clip the clip in which a paste is a key frame of the selected target
  * @property {string} label
  * @property {import('./types').Box} box

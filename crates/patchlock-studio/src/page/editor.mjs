@@ -78,7 +78,7 @@ export class Editor extends EventTarget {
         this.proposals = new Proposals();
         /** The one in question: @type {import('./proposals.mjs').Proposal | null} */
         this.proposal = null;
-        /** The box that was copied: @type {import('./clipboard.mjs').Copied | null} */
+        /** The box that was copied: @type {import('./clipboard.mjs').ClipboardBox | null} */
         this.copied = null;
         /** When and where playing began: @type {{time: number, frame: number} | null} */
         this.began = null;

@@ -114,7 +114,7 @@ enum PageMessage {
     /// No box is drawn.
     Cancel,
     /// A target was drawn again while it is tracked.
-    Redraw(DrawnAgain),
+    Redraw(RestartRequest),
 }
 
 /// Boxes on the frame of this number: left, top, width, height.
@@ -128,15 +128,15 @@ struct DrawnBoxes {
 /// The box of a target on a frame that the page shows.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct DrawnAgain {
+struct RestartRequest {
     frame: usize,
     id: Option<u64>,
     #[serde(rename = "box")]
     bbox: [f64; 4],
 }
 
-/// What was heard of pages.
-enum Heard {
+/// What a page asks for.
+enum PageRequest {
     Answer(Answer),
     Newer,
     Nothing,
@@ -276,10 +276,10 @@ impl Window {
     ) -> Result<Answer, E> {
         self.shared.pose(shown, newer.is_some());
         loop {
-            match self.shared.heard(stopped) {
-                Heard::Answer(answer) => return Ok(answer),
-                Heard::Nothing => continue,
-                Heard::Newer => {}
+            match self.shared.page_request(stopped) {
+                PageRequest::Answer(answer) => return Ok(answer),
+                PageRequest::Nothing => continue,
+                PageRequest::Newer => {}
             }
             match newer.as_mut().map_or(Ok(NextFrame::End), |newer| newer())? {
                 NextFrame::Frame(number, picture) => {
@@ -332,20 +332,20 @@ impl WindowState {
     }
 
     /// Waits shortly for what a page says.
-    fn heard(&self, stopped: &dyn Fn() -> bool) -> Heard {
+    fn page_request(&self, stopped: &dyn Fn() -> bool) -> PageRequest {
         let mut question = self.question();
         if question.answer.is_none() && !question.newer {
             let wait = self.answered.wait_timeout(question, LOOK);
             question = wait.unwrap_or_else(PoisonError::into_inner).0;
         }
         if let Some(answer) = question.answer.take() {
-            return Heard::Answer(answer);
+            return PageRequest::Answer(answer);
         }
         if stopped() {
             question.open = None;
-            return Heard::Answer(Answer::Stopped);
+            return PageRequest::Answer(Answer::Stopped);
         }
-        if question.newer { Heard::Newer } else { Heard::Nothing }
+        if question.newer { PageRequest::Newer } else { PageRequest::Nothing }
     }
 
     /// A page wants a newer frame.
@@ -400,8 +400,8 @@ impl WindowState {
     }
 
     /// Takes the new box of a target on one of the frames that a page shows; what the page is told.
-    fn redraw(&self, sent: &[Option<Arc<WindowFrame>>], drawn: DrawnAgain) -> Value {
-        let DrawnAgain { frame, id, bbox } = drawn;
+    fn redraw(&self, sent: &[Option<Arc<WindowFrame>>], drawn: RestartRequest) -> Value {
+        let RestartRequest { frame, id, bbox } = drawn;
         let Some(shown) = sent.iter().flatten().find(|shown| shown.number == frame) else {
             return json!({ "error": format!("frame {frame} is not shown any more") });
         };
@@ -597,7 +597,7 @@ mod tests {
         };
         let sent = [shown(3, true), shown(4, false)];
         let redraw = |frame, id, x| {
-            let drawn = DrawnAgain { frame, id: Some(id), bbox: [x, 8.0, 20.0, 20.0] };
+            let drawn = RestartRequest { frame, id: Some(id), bbox: [x, 8.0, 20.0, 20.0] };
             window.shared.told(PageMessage::Redraw(drawn), &sent).unwrap()
         };
         assert_eq!(redraw(2, 1, 8.0)["error"], "frame 2 is not shown any more");

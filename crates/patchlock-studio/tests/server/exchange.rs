@@ -111,7 +111,7 @@ fn files_of_images_are_imported_together() {
 /// detector.
 #[test]
 fn a_preview_has_the_first_box_of_each_target() {
-    let server = Running::new();
+    let server = TestServer::new();
     let mot = "1,-1,10,20,30,40,0.75\n1,-1,900000,20,30,40,0.75\n1,-1,60,20,0.5,40,0.75\n\
                2,7,10,20,30,40,0\n3,7,11,20,30,40,0.5\n4,7,12,20,30,40,1\n";
     let preview =
