@@ -169,7 +169,7 @@ def read(
     return frames, [halves, np.repeat([folder.parent.name for folder in sequences], counts)]
 
 
-class One(NamedTuple):
+class SequenceTracker(NamedTuple):
     """Tracks a sequence in another process."""
 
     settings: dict[str, float]
@@ -193,7 +193,7 @@ def main() -> None:
     )
     args = parser.parse_args()
     settings = dict(args.set)
-    frames, groups = read(args.datasets, One(settings))
+    frames, groups = read(args.datasets, SequenceTracker(settings))
     limits = {row.name: row.default for row in patchlock.parameters(research=True)} | settings
     fitted = fit(frames)
     rows = {

@@ -100,7 +100,7 @@ class Differences(unittest.TestCase):
         self.assertAlmostEqual(parts["all"]["difference"], 0.05)
 
 
-class Segments(unittest.TestCase):
+class SegmentChanges(unittest.TestCase):
     def test_changes_are_counted(self) -> None:
         base = [[run(0.6), run(0.1, lost=0.9)], [run(0.5)], [run(0.2, lost=0.5)]]
         own = [[run(0.7), run(0.5)], [run(0.2, lost=0.6)], [run(0.1, lost=0.8)]]
@@ -112,7 +112,7 @@ class Segments(unittest.TestCase):
         self.assertAlmostEqual(one["all"]["auc_other_segments"]["difference"], (0.4 - 0.3 - 0.1) / 3)
 
 
-class Verdicts(unittest.TestCase):
+class Comparisons(unittest.TestCase):
     def verdict(self, base: list[list[Run]], own: list[list[Run]]) -> str:
         return paired.compare(targets(*"aabb"), base, own)["verdict"]
 

@@ -45,7 +45,7 @@ class ImagePool:
         }
 
 
-class Sorted:
+class ComparedRecords:
     """Records, split by whether SPAMS and the reference agree."""
 
     def __init__(self) -> None:
@@ -71,7 +71,7 @@ def draw(rng: np.random.Generator, scale: Scale, candidates: int, count: int) ->
 
 
 def add_problems(
-    rng: np.random.Generator, found: Sorted, setting: Setting, index: int, counts: dict[Scale, int]
+    rng: np.random.Generator, found: ComparedRecords, setting: Setting, index: int, counts: dict[Scale, int]
 ) -> None:
     for scale, count in counts.items():
         dictionary = patchwise.dictionary(setting.templates, scale)
@@ -88,7 +88,7 @@ def content(
     rng: np.random.Generator, head: dict[str, Any], plan: list[tuple[Setting, dict[Scale, int]]]
 ) -> dict[str, Any]:
     """The content of a file in this format, except for the random problems."""
-    pool, found = ImagePool(), Sorted()
+    pool, found = ImagePool(), ComparedRecords()
     settings = [pool.describe(setting) for setting, _ in plan]
     for index, (setting, counts) in enumerate(plan):
         add_problems(rng, found, setting, index, counts)
@@ -148,7 +148,7 @@ def random_signals(rng: np.random.Generator, dictionary: np.ndarray, flaw: str) 
 
 
 def random_problems(rng: np.random.Generator) -> dict[str, Any]:
-    found = Sorted()
+    found = ComparedRecords()
     for flaw in [""] * 12 + ["repeated atoms"] * 2 + ["sums of atoms"] * 2 + ["zero signals"]:
         dictionary = random_dictionary(rng, flaw)
         signals = random_signals(rng, dictionary, flaw)

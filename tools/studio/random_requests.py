@@ -50,17 +50,17 @@ WORDS = ["0", "1", "2", "-1", "99999999999999999999", "%00", "..", "%2e%2e", "a"
 METHODS = ["GET", "POST", "PUT", "DELETE", "HEAD", "OPTIONS", "TRACE", "X"]
 
 
-class Broken(Exception):
+class PropertyViolation(Exception):
     """What must not happen."""
 
 
-class Wait:
-    """Raises `Broken` in its block when a session of processes has taken too long for what it does."""
+class TimeLimit:
+    """Raises `PropertyViolation` in its block when a session of processes has taken too long for what it does."""
 
     def __init__(self, session: int, what: str, limit: float):
         self.session, self.what, self.limit = session, what, limit
 
-    def __enter__(self) -> "Wait":
+    def __enter__(self) -> "TimeLimit":
         self.begun = self.seen = time.monotonic()
         self.own, self.used = 0.0, None
         signal.signal(signal.SIGALRM, lambda *_: self.count())
@@ -79,7 +79,7 @@ class Wait:
         self.own += min(passed, got) if wants else passed
         self.seen, self.used, clock = now, used, now - self.begun
         if self.own > self.limit or clock > CLOCK * self.limit:
-            raise Broken(f"{self.what} took {self.own:.0f} s, {clock:.0f} s by the clock")
+            raise PropertyViolation(f"{self.what} took {self.own:.0f} s, {clock:.0f} s by the clock")
         signal.setitimer(signal.ITIMER_REAL, LOOK)
 
     def look(self) -> tuple[float, bool]:
@@ -225,7 +225,7 @@ def work(draws: random.Random, revision: int) -> tuple[str, str, bytes]:
     """What the page would send, of this revision of the project or of another."""
     revision = revision if draws.random() < 0.9 else draws.randrange(20)
     clip = "/api/clips/1"
-    wish = draws.choice(
+    request = draws.choice(
         [
             {"target": draws.randrange(1, 4), "from": draws.randrange(8), "direction": draws.choice(["forward", "both"])},
             {"target": draws.randrange(1, 4), "around": draws.randrange(8)},
@@ -235,7 +235,7 @@ def work(draws: random.Random, revision: int) -> tuple[str, str, bytes]:
         [
             ("edits", {"revision": revision, "edits": edits(draws)}),
             ("edits", {"revision": revision, "edits": edits(draws)}),
-            ("track", wish),
+            ("track", request),
             (draws.choice(["stop", "undo", "undo", "redo"]), {}),
         ]
     )
@@ -265,7 +265,7 @@ class Studio:
     def start(self) -> None:
         """Waits for the address of the page; the program may end instead."""
         text = b""
-        with Wait(self.process.pid, "the start", ANSWER):
+        with TimeLimit(self.process.pid, "the start", ANSWER):
             while self.process.poll() is None:
                 text += self.process.stdout.read() or b""
                 if found := re.search(rb"http://127\.0\.0\.1:(\d+)/#(\S+)", text + self.log.read_bytes()):
@@ -275,10 +275,10 @@ class Studio:
 
     def check(self) -> None:
         if self.process.poll() is not None:
-            raise Broken(f"the program ended with {self.process.returncode}")
+            raise PropertyViolation(f"the program ended with {self.process.returncode}")
         status = Path(f"/proc/{self.process.pid}/status").read_text()
         if (held := int(re.search(r"VmRSS:\s+(\d+)", status)[1]) << 10) > MEMORY:
-            raise Broken(f"the program holds {held >> 20} MiB")
+            raise PropertyViolation(f"the program holds {held >> 20} MiB")
 
     def send(self, draws: random.Random) -> int:
         """Sends one request; the status of the answer, 0 for a broken one."""
@@ -297,7 +297,7 @@ class Studio:
         headers = {"Authorization": f"Bearer {token}"} if known else {"Authorization": draws.choice(["", "Bearer x"])}
         client = http.client.HTTPConnection("127.0.0.1", port)
         try:
-            with Wait(self.process.pid, f"the answer to {method} {where}", ANSWER) as wait:
+            with TimeLimit(self.process.pid, f"the answer to {method} {where}", ANSWER) as wait:
                 client.request(method, where, content if method != "GET" else None, headers)
                 answer = client.getresponse()
                 text = answer.read(8 << 20) if "/events" not in where else b""
@@ -311,19 +311,19 @@ class Studio:
             Studio.edited += where.endswith("/edits")
         Studio.tracked += answer.status == 200 and where.endswith("/track")
         if not known and where.startswith("/api") and answer.status < 400:
-            raise Broken(f"{method} {where} is answered with {answer.status} without the token")
+            raise PropertyViolation(f"{method} {where} is answered with {answer.status} without the token")
         return answer.status
 
     def stop(self) -> None:
         self.process.send_signal(signal.SIGINT)
         try:
-            with Wait(self.process.pid, "the end after Ctrl-C", END):
+            with TimeLimit(self.process.pid, "the end after Ctrl-C", END):
                 self.process.wait()
         finally:
             self.process.kill()
             self.errors.close()
         if b"panicked" in self.log.read_bytes():
-            raise Broken("the program panicked")
+            raise PropertyViolation("the program panicked")
 
 
 def one_round(program: str, root: Path, draws: random.Random, seconds: float) -> dict[int, int]:
@@ -339,7 +339,7 @@ def one_round(program: str, root: Path, draws: random.Random, seconds: float) ->
         studio.start()
         if studio.address is None:
             if studio.process.poll() in (101, -6, -11):
-                raise Broken(f"the program does not start: {studio.process.poll()}")
+                raise PropertyViolation(f"the program does not start: {studio.process.poll()}")
             # It has refused the folder, with a reason.
             return {-1: 1}
         end = time.monotonic() + seconds
@@ -352,7 +352,7 @@ def one_round(program: str, root: Path, draws: random.Random, seconds: float) ->
         studio.process.kill()
     found = sorted(str(file.relative_to(outside)) for file in outside.rglob("*"))
     if (outside / "secret").read_bytes() != SECRET or [name for name in found if not name.startswith("empty")] != ["secret"]:
-        raise Broken(f"what is outside the folder has changed: {found}")
+        raise PropertyViolation(f"what is outside the folder has changed: {found}")
     return answers
 
 
@@ -373,7 +373,7 @@ def main() -> None:
         try:
             for status, count in one_round(program, root, random.Random(seed), min(ROUND, left)).items():
                 answers[status] = answers.get(status, 0) + count
-        except Broken as broken:
+        except PropertyViolation as broken:
             sys.exit(f"round {rounds} (seed {seed}): {broken}; see {root}")
         shutil.rmtree(root)
         rounds += 1

@@ -69,7 +69,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 /// What the tracker said of a frame, and what is true.
-struct Said {
+struct FrameRecord {
     status: Status,
     is_on: bool,
     truth: Truth,
@@ -119,7 +119,7 @@ struct Counts {
 
 /// Tracks a scene from its first true box on.
 fn track(scene: &Scene, config: &TrackerConfig) -> Result<Counts, patchlock::Error> {
-    let (mut counts, mut said) = (Counts::default(), Vec::new());
+    let (mut counts, mut records) = (Counts::default(), Vec::new());
     let mut tracker: Option<Tracker> = None;
     for k in 0..scene.len() {
         let (rendered, truth) = (scene.frame(k), scene.truth(k));
@@ -131,14 +131,14 @@ fn track(scene: &Scene, config: &TrackerConfig) -> Result<Counts, patchlock::Err
         let begin = Instant::now();
         let estimate = tracker.update(&frame)?;
         counts.time += begin.elapsed();
-        said.push(counts.add(estimate, truth));
+        records.push(counts.add(estimate, truth));
     }
     let trial = match &config.method {
         Method::Robust(config) => config.trial,
         Method::Paper(_) | Method::Network(_) => 0,
     };
-    for absence in absences(&said) {
-        counts.add_absence(&said, absence, RETURN_FRAMES + trial);
+    for absence in absences(&records) {
+        counts.add_absence(&records, absence, RETURN_FRAMES + trial);
     }
     Ok(counts)
 }
@@ -149,9 +149,9 @@ fn true_box(truth: &Truth) -> BoundingBox {
 }
 
 /// The stretches of frames in which nothing of the target is visible.
-fn absences(said: &[Said]) -> Vec<Range<usize>> {
+fn absences(records: &[FrameRecord]) -> Vec<Range<usize>> {
     let mut first = 0;
-    let stretches = said.chunk_by(|a, b| a.truth.is_absent() == b.truth.is_absent());
+    let stretches = records.chunk_by(|a, b| a.truth.is_absent() == b.truth.is_absent());
     let ranges = stretches.filter_map(|stretch| {
         first += stretch.len();
         stretch[0].truth.is_absent().then(|| first - stretch.len()..first)
@@ -160,7 +160,7 @@ fn absences(said: &[Said]) -> Vec<Range<usize>> {
 }
 
 impl Counts {
-    fn add(&mut self, estimate: &Estimate, truth: Truth) -> Said {
+    fn add(&mut self, estimate: &Estimate, truth: Truth) -> FrameRecord {
         let overlap = estimate.bbox.overlap(&true_box(&truth));
         let is_on = overlap >= HIT_OVERLAP && truth.visible >= VISIBLE;
         self.frames += 1;
@@ -173,14 +173,19 @@ impl Counts {
         if let Some(visibility) = &estimate.visibility {
             self.hidden.add((visibility.share() - truth.visible).abs());
         }
-        Said { status: estimate.status, is_on, truth }
+        FrameRecord { status: estimate.status, is_on, truth }
     }
 
     /// Counts an absence, and the return after it, if there is one, with so many frames' time for
     /// it.
-    fn add_absence(&mut self, said: &[Said], absence: Range<usize>, return_frames: usize) {
-        let rest = &said[absence.end..];
-        let lost = said[absence.clone()].iter().position(|frame| frame.status == Status::Lost);
+    fn add_absence(
+        &mut self,
+        records: &[FrameRecord],
+        absence: Range<usize>,
+        return_frames: usize,
+    ) {
+        let rest = &records[absence.end..];
+        let lost = records[absence.clone()].iter().position(|frame| frame.status == Status::Lost);
         // An absence that the clip ends in may be too short to be noticed.
         if absence.len() >= LOSS_FRAMES {
             self.losses.add(f64::from(u8::from(lost.is_some_and(|frames| frames <= LOSS_FRAMES))));
@@ -197,7 +202,7 @@ impl Counts {
         if rest.len() - back <= return_frames {
             return;
         }
-        let tracked = |frame: &Said| frame.status == Status::Tracked && frame.is_on;
+        let tracked = |frame: &FrameRecord| frame.status == Status::Tracked && frame.is_on;
         let frames = rest[back..].iter().position(tracked);
         self.returns.add(f64::from(u8::from(frames.is_some_and(|frames| frames <= return_frames))));
         if let Some(frames) = frames {

@@ -45,15 +45,16 @@ fn main() -> Result<()> {
     let (frame, written, out) = (frame.parse()?, written.parse::<usize>()?, Path::new(out));
     // The library runs its work in the current pool, so this limits it to one thread.
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
-    let moment = pool.install(|| Moment::reach(Path::new(dataset), target, frame).map_err(text))?;
+    let state =
+        pool.install(|| FrameState::reach(Path::new(dataset), target, frame).map_err(text))?;
     let chosen: Vec<usize> =
-        (0..written).map(|k| k * moment.particles.len() / written.max(1)).collect();
+        (0..written).map(|k| k * state.particles.len() / written.max(1)).collect();
     let scale = |name: &str| -> Result<Value> {
-        pool.install(|| moment.measure(name, &chosen, &out.join(name)).map_err(text))
+        pool.install(|| state.measure(name, &chosen, &out.join(name)).map_err(text))
             .map_err(Into::into)
     };
     let (large, small) = (scale("large")?, scale("small")?);
-    let particles = moment.particles.len();
+    let particles = state.particles.len();
     println!(
         "{}",
         json!({
@@ -71,7 +72,7 @@ fn text(error: Box<dyn Error>) -> String {
 
 /// The required parts of a snapshot.
 #[derive(Deserialize)]
-struct Saved {
+struct SavedTracker {
     track: SavedTrack,
 }
 
@@ -99,14 +100,14 @@ struct Memory {
 }
 
 /// The state of the tracker before a frame, and the particles that it draws there.
-struct Moment {
+struct FrameState {
     config: PaperConfig,
     memory: Memory,
     particles: Vec<State>,
     image: GreyImage,
 }
 
-impl Moment {
+impl FrameState {
     fn reach(dataset: &Path, target: &str, frame: usize) -> Result<Self> {
         let dataset = Dataset::open(dataset)?;
         let sequence = dataset.find(target).ok_or("there is no such target")?;
@@ -121,7 +122,8 @@ impl Moment {
             tracker.update(&image_file::load(path)?.frame()?)?;
         }
         // Through text, since a JSON value cannot hold the 128-bit numbers of the random generator.
-        let saved: Saved = serde_json::from_str(&serde_json::to_string(&tracker.snapshot())?)?;
+        let saved: SavedTracker =
+            serde_json::from_str(&serde_json::to_string(&tracker.snapshot())?)?;
         let (mut image, mut particles) = (GreyImage::default(), Vec::new());
         let picture = image_file::load(&sequence.frames[frame])?;
         image.fill(&picture.frame()?)?;

@@ -35,12 +35,12 @@ pub struct Difference {
 }
 
 /// Bootstrap samples of targets, shared by all comparisons.
-pub struct Draws {
+pub struct BootstrapSamples {
     targets: usize,
     picks: Vec<u32>,
 }
 
-impl Draws {
+impl BootstrapSamples {
     /// Draws `draws` samples of `targets` targets each. Equal seeds give equal samples.
     pub fn new(targets: usize, draws: usize, seed: u64) -> Self {
         let mut rng = Pcg64::new(u128::from(seed), 0);
@@ -113,7 +113,7 @@ mod tests {
         let rank = |k: usize| (k as f64 + 0.5) / 400.0 - 0.5;
         let spread = (1.0 / 12.0_f64).sqrt();
         let first: Vec<f64> = (0..400).map(|k| 0.1 + rank(k) / spread).collect();
-        let d = Draws::new(400, 20_000, 1).difference(&first, &[0.0; 400]).unwrap();
+        let d = BootstrapSamples::new(400, 20_000, 1).difference(&first, &[0.0; 400]).unwrap();
         assert!((d.mean - 0.1).abs() < 1e-12);
         assert!((d.low - (0.1 - 0.098)).abs() < 0.004, "{d:?}");
         assert!((d.high - (0.1 + 0.098)).abs() < 0.004, "{d:?}");
@@ -124,7 +124,7 @@ mod tests {
     #[test]
     fn swapping_mirrors_the_result_and_equal_trackers_do_not_differ() {
         let (a, b) = ([0.5, 0.6, 0.9, 0.2, 0.1, 0.4], [0.4, 0.7, 0.3, 0.2, 0.3, 0.3]);
-        let draws = Draws::new(6, 2000, 7);
+        let draws = BootstrapSamples::new(6, 2000, 7);
         let (there, back) = (draws.difference(&a, &b).unwrap(), draws.difference(&b, &a).unwrap());
         assert!((there.low + back.high).abs() < 1e-12 && (there.mean + back.mean).abs() < 1e-12);
         assert_eq!(there.p, back.p);
@@ -132,15 +132,19 @@ mod tests {
             draws.difference(&a, &a).unwrap(),
             Difference { targets: 6, mean: 0.0, low: 0.0, high: 0.0, p: 1.0 }
         );
-        assert_eq!(Draws::new(6, 2000, 7).difference(&a, &b), Some(there), "the same seed");
+        assert_eq!(
+            BootstrapSamples::new(6, 2000, 7).difference(&a, &b),
+            Some(there),
+            "the same seed"
+        );
         assert_eq!(draws.difference(&a, &b[..5]), None);
-        assert_eq!(Draws::new(0, 10, 1).difference(&[], &[]), None);
-        assert_eq!(Draws::new(5, 10, 1).difference(&a[..5], &b[..5]), None, "too few");
+        assert_eq!(BootstrapSamples::new(0, 10, 1).difference(&[], &[]), None);
+        assert_eq!(BootstrapSamples::new(5, 10, 1).difference(&a[..5], &b[..5]), None, "too few");
     }
 
     #[test]
     fn targets_are_drawn_equally_often() {
-        let draws = Draws::new(5, 20_000, 3);
+        let draws = BootstrapSamples::new(5, 20_000, 3);
         for target in 0..5 {
             let share = draws.picks.iter().filter(|&&k| k == target).count() as f64 / 100_000.0;
             assert!((share - 0.2).abs() < 0.006, "{target}: {share}");

@@ -12,7 +12,7 @@
 //! - `interpolation`: straight lines between key frames, the next one placed where the overlap is
 //!   smallest; what a tool without a tracker does, with an oracle for the place;
 //! - `ours`: tracked between key frames from both sides, the next one placed where
-//!   [`doubts`](patchlock_studio::tracking::doubt::doubts) points;
+//!   [`suggestions`](patchlock_studio::tracking::review::suggestions) points;
 //! - `oracle`: the same tracks, the next key frame placed where the overlap is smallest.
 //!
 //! `benchmarks/annotator_csrt.py` prints the same for OpenCV's CSRT, corrected at the first bad
@@ -27,8 +27,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use patchlock::{Preset, Tracker};
 use patchlock_bench::dataset::{Dataset, Sequence};
 use patchlock_media::image_file;
-use patchlock_studio::project::{Key, Target, Tracked};
-use patchlock_studio::tracking::{Found, doubt, join};
+use patchlock_studio::project::{Key, Target, TrackedBox};
+use patchlock_studio::tracking::{FrameEstimate, join, review};
 
 type Result<T> = std::result::Result<T, Box<dyn Error + Send + Sync>>;
 
@@ -67,7 +67,7 @@ fn bill(root: &Path) -> Result<Vec<(String, usize, [usize; 3])>> {
     let (next, done) = (AtomicUsize::new(0), Mutex::new(BTreeMap::new()));
     let work = || {
         while let Some(sequence) = dataset.sequences.get(next.fetch_add(1, Ordering::Relaxed)) {
-            let keys = Course::new(sequence).and_then(|mut course| course.keys());
+            let keys = AnnotationRun::new(sequence).and_then(|mut run| run.keys());
             eprintln!("{}", sequence.name);
             done.lock().unwrap().insert(sequence.name.clone(), (sequence.truth.len(), keys));
         }
@@ -85,30 +85,30 @@ fn middle_of_the_longest(target: &Target) -> usize {
 }
 
 /// The ground truth of a target, and what was tracked from its frames so far.
-struct Course<'a> {
+struct AnnotationRun<'a> {
     sequence: &'a Sequence,
     first: usize,
     /// By the frame that was tracked from and whether it was forward; the frames in the order of
     /// tracking.
-    found: HashMap<(usize, bool), Vec<Found>>,
+    found: HashMap<(usize, bool), Vec<FrameEstimate>>,
 }
 
-impl<'a> Course<'a> {
+impl<'a> AnnotationRun<'a> {
     fn new(sequence: &'a Sequence) -> Result<Self> {
         let first = sequence.truth.iter().position(Option::is_some).ok_or("no truth")?;
         Ok(Self { sequence, first, found: HashMap::new() })
     }
 
     fn keys(&mut self) -> Result<[usize; 3]> {
-        let interpolated =
-            self.fill(|course, keys| Ok(course.interpolate(keys)), |_, worst| worst)?;
+        let interpolated = self.fill(|run, keys| Ok(run.interpolate(keys)), |_, worst| worst)?;
         let frames = self.sequence.truth.len();
-        let ours =
-            self.fill(Self::track, |target, _| match doubt::doubts(target, frames).first() {
-                Some(doubt) => doubt.frame,
+        let ours = self.fill(Self::track, |target, _| {
+            match review::suggestions(target, frames).first() {
+                Some(suggestion) => suggestion.frame,
                 // Only short spans are left: in the middle of the longest.
                 None => middle_of_the_longest(target),
-            })?;
+            }
+        })?;
         let oracle = self.fill(Self::track, |_, worst| worst)?;
         Ok([interpolated, ours, oracle])
     }
@@ -117,7 +117,7 @@ impl<'a> Course<'a> {
     /// the target as it is and the frame with the smallest overlap.
     fn fill(
         &mut self,
-        boxes: impl Fn(&mut Self, &BTreeMap<usize, Key>) -> Result<BTreeMap<usize, Tracked>>,
+        boxes: impl Fn(&mut Self, &BTreeMap<usize, Key>) -> Result<BTreeMap<usize, TrackedBox>>,
         place: impl Fn(&Target, usize) -> usize,
     ) -> Result<usize> {
         let mut keys = BTreeMap::from([(self.first, self.key(self.first))]);
@@ -152,7 +152,7 @@ impl<'a> Course<'a> {
     }
 
     /// Mean and smallest overlap, and where that is. Key frames are exact.
-    fn overlap(&self, tracked: &BTreeMap<usize, Tracked>) -> (f64, f64, usize) {
+    fn overlap(&self, tracked: &BTreeMap<usize, TrackedBox>) -> (f64, f64, usize) {
         let (mut sum, mut count, mut least) = (0.0, 0, (f64::MAX, 0));
         for (frame, truth) in self.sequence.truth.iter().enumerate().skip(self.first) {
             let Some(truth) = truth else { continue };
@@ -165,7 +165,7 @@ impl<'a> Course<'a> {
         (sum / f64::from(count), least.0, least.1)
     }
 
-    fn interpolate(&self, keys: &BTreeMap<usize, Key>) -> BTreeMap<usize, Tracked> {
+    fn interpolate(&self, keys: &BTreeMap<usize, Key>) -> BTreeMap<usize, TrackedBox> {
         let ends: Vec<_> = keys.iter().collect();
         let mut boxes = BTreeMap::new();
         for (at, (first, from)) in ends.iter().enumerate() {
@@ -175,20 +175,22 @@ impl<'a> Course<'a> {
                 let share = (frame - *first) as f64 / (end - *first) as f64;
                 let bbox = join::between(from.bbox, to, share);
                 let (score, status) = (1.0, patchlock::Status::Tracked);
-                boxes
-                    .insert(frame, Tracked { bbox, score, status, visible: None, agreement: None });
+                boxes.insert(
+                    frame,
+                    TrackedBox { bbox, score, status, visible: None, agreement: None },
+                );
             }
         }
         boxes
     }
 
-    fn track(&mut self, keys: &BTreeMap<usize, Key>) -> Result<BTreeMap<usize, Tracked>> {
+    fn track(&mut self, keys: &BTreeMap<usize, Key>) -> Result<BTreeMap<usize, TrackedBox>> {
         let frames: Vec<usize> = keys.keys().copied().collect();
         let mut boxes = BTreeMap::new();
         for (at, &first) in frames.iter().enumerate() {
             let Some(&last) = frames.get(at + 1) else {
                 let open = self.run(first, self.sequence.truth.len() - 1)?;
-                boxes.extend((first + 1..).zip(open.into_iter().map(Tracked::from)));
+                boxes.extend((first + 1..).zip(open.into_iter().map(TrackedBox::from)));
                 continue;
             };
             let forward = self.run(first, last)?;
@@ -202,7 +204,7 @@ impl<'a> Course<'a> {
     }
 
     /// The frames after `from` up to and with `to`, tracked from the truth in `from`.
-    fn run(&mut self, from: usize, to: usize) -> Result<Vec<Found>> {
+    fn run(&mut self, from: usize, to: usize) -> Result<Vec<FrameEstimate>> {
         let count = from.abs_diff(to);
         let key = (from, to > from);
         if let Some(found) = self.found.get(&key)
@@ -217,7 +219,7 @@ impl<'a> Course<'a> {
             let picture = image_file::load(&self.sequence.frames[frame])?;
             let pixels = picture.frame()?;
             match &mut tracker {
-                Some(tracker) => found.push(Found::from(tracker.update(&pixels)?)),
+                Some(tracker) => found.push(FrameEstimate::from(tracker.update(&pixels)?)),
                 None => {
                     let bbox = self.key(from).bbox;
                     tracker = Some(Tracker::start(Preset::Robust, &pixels, bbox)?);

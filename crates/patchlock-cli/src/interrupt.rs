@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use anyhow::{Context, Result};
 
 use crate::failure::{Exit, say};
-use crate::output::unfinished::{self, Abandoned};
+use crate::output::partial_files::{self, ExitCleanup};
 
 static REQUESTED: AtomicBool = AtomicBool::new(false);
 
@@ -32,7 +32,7 @@ pub fn requested() -> bool {
 /// Exits without waiting for the current frame, but leaves no partly written files.
 fn exit_now() -> ! {
     patchlock_media::stop_decoders();
-    let line = last_line(&unfinished::abandon());
+    let line = last_line(&partial_files::clean_up());
     // The progress bar is still on the terminal; print below it.
     if std::io::stderr().is_terminal() {
         say("");
@@ -41,7 +41,7 @@ fn exit_now() -> ! {
     std::process::exit(Exit::Interrupted as i32);
 }
 
-fn last_line(files: &Abandoned) -> String {
+fn last_line(files: &ExitCleanup) -> String {
     let names = |files: &[PathBuf]| {
         files.iter().map(|file| file.display().to_string()).collect::<Vec<_>>().join(", ")
     };
@@ -49,8 +49,8 @@ fn last_line(files: &Abandoned) -> String {
     if !files.kept.is_empty() {
         line += &format!("; the frames tracked so far are in {}", names(&files.kept));
     }
-    if !files.lost.is_empty() {
-        line += &format!("; not written: {}", names(&files.lost));
+    if !files.removed.is_empty() {
+        line += &format!("; not written: {}", names(&files.removed));
     }
     line
 }

@@ -6,14 +6,14 @@ use std::time::Instant;
 
 use anyhow::Result;
 use patchlock::BoundingBox;
-use patchlock_media::live::Live;
-use patchlock_media::{Feed, Next, Picture};
+use patchlock_media::live::LiveSource;
+use patchlock_media::{Feed, NextFrame, Picture};
 use patchlock_studio::server::AllowedHosts;
 use patchlock_studio::server::window::{Answer, Window, WindowOptions};
 use serde_json::{Value, json};
 
 use crate::failure::{Failure, failed, interrupted, say};
-use crate::output::{Sink, Tracked};
+use crate::output::{Sink, TrackedFrame};
 use crate::{browser, interrupt};
 
 /// Opens the page and says where it is; the browser is started on request.
@@ -63,13 +63,13 @@ pub fn ask(
 }
 
 /// Waits shortly for a newer frame, which takes the place of the last one.
-fn newer_of(live: &mut Live) -> Result<Next, Failure> {
+fn newer_of(live: &mut LiveSource) -> Result<NextFrame, Failure> {
     let next = live.wait();
     live.notes().for_each(|happened| say(&format!("note: {happened}")));
     match next {
         // What ends the program may also end what it reads from.
-        Err(_) if interrupt::requested() => Ok(Next::NotYet),
-        Ok(Next::Frame(..)) => {
+        Err(_) if interrupt::requested() => Ok(NextFrame::NotYet),
+        Ok(NextFrame::Frame(..)) => {
             live.leave_out();
             Ok(next?)
         }
@@ -82,36 +82,36 @@ pub struct Preview {
     window: Arc<Window>,
     /// When frame 0 of a live source came, in seconds since 1970.
     begun: Option<f64>,
-    rate: Rate,
+    rate: FrameRateMeter,
     /// Frames up to the last one, and of these the ones that were left out.
-    seen: usize,
+    shown: usize,
     is_live: bool,
 }
 
 impl Preview {
     /// Shows frames of a source; a live one began at this time.
     pub fn new(window: Arc<Window>, begun: Option<f64>, is_live: bool) -> Self {
-        Self { window, begun, rate: Rate::default(), seen: 0, is_live }
+        Self { window, begun, rate: FrameRateMeter::default(), shown: 0, is_live }
     }
 
-    fn about(&self, tracked: &Tracked<'_>) -> Value {
-        let targets = tracked.targets.iter().map(|seen| {
-            let BoundingBox { x, y, w, h } = seen.bbox;
+    fn about(&self, tracked: &TrackedFrame<'_>) -> Value {
+        let targets = tracked.targets.iter().map(|shown| {
+            let BoundingBox { x, y, w, h } = shown.bbox;
             let mut target = json!({
-                "status": seen.estimate.status.name(),
-                "score": seen.estimate.score,
+                "status": shown.estimate.status.name(),
+                "score": shown.estimate.score,
                 "box": [x, y, w, h],
-                "corners": seen.estimate.corners,
+                "corners": shown.estimate.corners,
             });
-            if let Some(id) = seen.id {
+            if let Some(id) = shown.id {
                 target["id"] = id.into();
             }
-            if let Some(name) = &seen.name {
+            if let Some(name) = &shown.name {
                 target["name"] = (**name).into();
             }
             target
         });
-        let dropped = (tracked.frame + 1).saturating_sub(self.seen);
+        let dropped = (tracked.frame + 1).saturating_sub(self.shown);
         json!({
             "frame": tracked.frame,
             "at": self.begun.zip(tracked.picture.time).map(|(begun, time)| begun + time),
@@ -124,9 +124,9 @@ impl Preview {
 }
 
 impl Sink for Preview {
-    fn write(&mut self, tracked: &Tracked<'_>) -> Result<()> {
+    fn write(&mut self, tracked: &TrackedFrame<'_>) -> Result<()> {
         self.rate.step();
-        self.seen += 1;
+        self.shown += 1;
         self.window.show(tracked.frame, tracked.picture, || self.about(tracked));
         Ok(())
     }
@@ -138,12 +138,12 @@ impl Sink for Preview {
 
 /// Frames per second of late.
 #[derive(Default)]
-struct Rate {
+struct FrameRateMeter {
     last: Option<Instant>,
     fps: f64,
 }
 
-impl Rate {
+impl FrameRateMeter {
     /// A frame more. The mean is over about the last 20 frames.
     fn step(&mut self) {
         let now = Instant::now();

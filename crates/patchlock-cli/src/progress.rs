@@ -5,12 +5,12 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use patchlock::Status;
-use patchlock_bench::bench::runner::Watch;
+use patchlock_bench::bench::runner::ProgressListener;
 use patchlock_bench::bench::store::Task;
 
 use crate::failure::say;
 use crate::interrupt;
-use crate::output::Seen;
+use crate::output::TargetResult;
 use crate::output::draw::score_label;
 
 /// A progress bar with speed and score; hidden in a pipe or with `--quiet`.
@@ -51,7 +51,7 @@ impl Progress {
     }
 
     /// Counts one more frame, with these targets.
-    pub fn step(&self, fps: f64, targets: &[Seen]) {
+    pub fn step(&self, fps: f64, targets: &[TargetResult]) {
         let mut message = format!("{fps:.1} fps  {}", state(targets));
         match self.dropped.load(Ordering::Relaxed) {
             0 => {}
@@ -86,13 +86,13 @@ impl Progress {
 }
 
 /// The targets in a few words. The score of a lost one says nothing.
-fn state(targets: &[Seen]) -> String {
+fn state(targets: &[TargetResult]) -> String {
     match targets {
         [] => "no target".to_string(),
-        [seen] if seen.estimate.status == Status::Lost => "lost".to_string(),
-        [seen] => format!("score {}", score_label(&seen.estimate)),
+        [target] if target.estimate.status == Status::Lost => "lost".to_string(),
+        [target] => format!("score {}", score_label(&target.estimate)),
         all => {
-            let lost = all.iter().filter(|seen| seen.estimate.status == Status::Lost).count();
+            let lost = all.iter().filter(|target| target.estimate.status == Status::Lost).count();
             format!("{} targets, {lost} lost", all.len())
         }
     }
@@ -126,7 +126,7 @@ impl RunsProgress {
     }
 }
 
-impl Watch for RunsProgress {
+impl ProgressListener for RunsProgress {
     fn begins(&self, task: &Task<'_>) {
         let number = (self.ended.load(Ordering::Relaxed) + 1).min(self.runs);
         self.bar.bar.set_message(format!(
@@ -158,11 +158,11 @@ mod tests {
 
     #[test]
     fn a_low_score_is_shown_with_its_status() {
-        let seen = example::seen;
-        assert_eq!(state(&[seen(Status::Tracked)]), "score 0.50");
-        assert_eq!(state(&[seen(Status::Uncertain)]), "score 0.50 uncertain");
-        assert_eq!(state(&[seen(Status::Lost)]), "lost");
-        let two = [seen(Status::Lost), seen(Status::Tracked)];
+        let target = example::target;
+        assert_eq!(state(&[target(Status::Tracked)]), "score 0.50");
+        assert_eq!(state(&[target(Status::Uncertain)]), "score 0.50 uncertain");
+        assert_eq!(state(&[target(Status::Lost)]), "lost");
+        let two = [target(Status::Lost), target(Status::Tracked)];
         assert_eq!(state(&two), "2 targets, 1 lost");
     }
 

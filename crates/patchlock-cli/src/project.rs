@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use patchlock_media::{Limits, Order};
 use patchlock_studio::project::{self, Edit, Project, Store, Target};
-use patchlock_studio::tracking::Found;
+use patchlock_studio::tracking::FrameEstimate;
 
 use crate::failure::{Failure, failed, usage};
-use crate::output::{Sink, Tracked};
+use crate::output::{Sink, TrackedFrame};
 use crate::targets::{Event, Targets};
 
 /// Opens the project of a source, or begins it.
@@ -76,7 +76,7 @@ fn events_of(target: &Target, order: &Order, frames: usize) -> Vec<Event> {
 #[derive(Default)]
 struct Boxes {
     keys: BTreeMap<usize, project::Key>,
-    tracked: BTreeMap<usize, project::Tracked>,
+    tracked: BTreeMap<usize, project::TrackedBox>,
 }
 
 /// Adds the boxes of a run to a project, when it is complete.
@@ -131,19 +131,19 @@ impl Output {
 const LABEL: &str = "target";
 
 impl Sink for Output {
-    fn write(&mut self, frame: &Tracked<'_>) -> Result<()> {
-        for seen in frame.targets {
-            let id = seen.id.unwrap_or(1);
+    fn write(&mut self, frame: &TrackedFrame<'_>) -> Result<()> {
+        for target in frame.targets {
+            let id = target.id.unwrap_or(1);
             let is_start = self
                 .starts
                 .iter()
                 .any(|&(at, other)| other == id && at.map_or(!self.begun, |at| at == frame.frame));
             let boxes = self.boxes.entry(id).or_default();
             if is_start {
-                let key = project::Key { bbox: seen.bbox, occluded: false, truncated: false };
+                let key = project::Key { bbox: target.bbox, occluded: false, truncated: false };
                 boxes.keys.insert(frame.frame, key);
             } else {
-                boxes.tracked.insert(frame.frame, Found::from(&seen.estimate).into());
+                boxes.tracked.insert(frame.frame, FrameEstimate::from(&target.estimate).into());
             }
         }
         self.begun = true;

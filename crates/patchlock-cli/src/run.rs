@@ -12,8 +12,8 @@ use patchlock_track::session;
 
 use crate::failure::{Failure, failed, usage};
 use crate::interrupt;
-use crate::output::measured::Measured;
-use crate::output::{Seen, Sink, Tracked};
+use crate::output::measurements::Measurements;
+use crate::output::{Sink, TargetResult, TrackedFrame};
 use crate::progress::Progress;
 use crate::targets::{Event, Names, Targets};
 
@@ -28,7 +28,7 @@ pub struct Run {
     /// The page on which targets are drawn again while they are tracked.
     redrawn_on: Option<Arc<Window>>,
     size: Option<(usize, usize)>,
-    measured: Measured,
+    measurements: Measurements,
 }
 
 impl Run {
@@ -47,7 +47,7 @@ impl Run {
             names: Names::new(),
             redrawn_on: None,
             size: None,
-            measured: Measured::default(),
+            measurements: Measurements::default(),
         })
     }
 
@@ -69,8 +69,8 @@ impl Run {
     }
 
     /// The measurements so far.
-    pub fn measured(&self) -> &Measured {
-        &self.measured
+    pub fn measurements(&self) -> &Measurements {
+        &self.measurements
     }
 
     /// The outputs, for the caller to complete.
@@ -85,7 +85,7 @@ impl Run {
         targets: &mut Targets,
         frames: impl Iterator<Item = Result<(usize, Picture)>>,
         progress: &Progress,
-        mut each: impl FnMut(&Tracked<'_>) -> Result<()>,
+        mut each: impl FnMut(&TrackedFrame<'_>) -> Result<()>,
     ) -> Result<()> {
         for frame in frames {
             let (index, picture) = frame?;
@@ -93,10 +93,10 @@ impl Run {
             targets.check_boxes(index, &picture)?;
             self.redraw(progress)?;
             let (found, ms) = self.track(index, &picture, &targets.due(index))?;
-            let tracked = Tracked { frame: index, ms, targets: &found, picture: &picture };
+            let tracked = TrackedFrame { frame: index, ms, targets: &found, picture: &picture };
             self.write(&tracked)?;
             each(&tracked)?;
-            progress.step(self.measured.fps(), &found);
+            progress.step(self.measurements.fps(), &found);
         }
         if interrupt::requested() {
             return Ok(());
@@ -127,7 +127,7 @@ impl Run {
         index: usize,
         picture: &Picture,
         events: &[Event],
-    ) -> Result<(Vec<Seen>, f64)> {
+    ) -> Result<(Vec<TargetResult>, f64)> {
         self.check_size(index, picture)?;
         let frame = picture.frame()?;
         for event in events.iter().filter(|event| event.bbox.is_none()) {
@@ -141,20 +141,20 @@ impl Run {
             .tracker
             .step(&frame, &begin)
             .map_err(|error| failed(format!("the tracker stopped in frame {index}: {error}")))?;
-        let seen = found.into_iter().map(|target| Seen {
+        let seen = found.into_iter().map(|target| TargetResult {
             id: self.with_ids.then_some(target.id),
             name: self.names.get(&target.id).cloned(),
             bbox: target.bbox,
             estimate: target.estimate,
         });
         let (seen, ms) = (seen.collect::<Vec<_>>(), seconds * 1e3);
-        self.measured.add(index, &seen, ms);
+        self.measurements.add(index, &seen, ms);
         Ok((seen, ms))
     }
 
     /// Passes a tracked frame to the outputs. An output that fails is dropped; the others still get
     /// the frame.
-    fn write(&mut self, tracked: &Tracked<'_>) -> Result<()> {
+    fn write(&mut self, tracked: &TrackedFrame<'_>) -> Result<()> {
         let mut result = Ok(());
         self.sinks.retain_mut(|sink| match sink.write(tracked) {
             Ok(()) => true,

@@ -131,8 +131,8 @@ fn server(hours: usize) -> bool {
         let (revision, target) = (&clip["revision"], &clip["project"]["next_id"]);
         let edits = format!("{{\"revision\":{revision},\"edits\":[{add}]}}");
         send(&format!("POST /api/clips/1/edits\n\n{edits}"));
-        let wish = format!("{{\"target\":{target},\"from\":0,\"direction\":\"forward\"}}");
-        send(&format!("POST /api/clips/1/track\n\n{wish}"));
+        let request = format!("{{\"target\":{target},\"from\":0,\"direction\":\"forward\"}}");
+        send(&format!("POST /api/clips/1/track\n\n{request}"));
         while !send("GET /api/clips/1").windows(10).any(|ten| ten == b"\"job\":null") {
             std::thread::sleep(std::time::Duration::from_millis(2));
         }

@@ -10,7 +10,7 @@ use image::{DynamicImage, ImageFormat, RgbImage};
 use patchlock::BoundingBox;
 use patchlock_media::{image_file, open_without_ffmpeg};
 use patchlock_studio::export as studio_export;
-use patchlock_studio::project::{Edit, LABELS_FILE, Shared, Store};
+use patchlock_studio::project::{Edit, LABELS_FILE, SharedLabels, Store};
 use patchlock_track::export::{self, Entry, Format, Track};
 use patchlock_track::files;
 use serde_json::json;
@@ -80,7 +80,7 @@ impl Name {
 
 /// What an entry is.
 #[derive(Arbitrary, Debug)]
-enum What {
+enum EntryKind {
     /// A folder with a few images, into which the entries that follow go.
     Folder(u8),
     /// The entries that follow go into the folder above.
@@ -89,17 +89,17 @@ enum What {
     /// An image, whole or its beginning.
     Image(u8, Option<u16>),
     /// A project of the clip that this leads to.
-    Project(Place),
+    Project(LinkTarget),
     Text(u8),
     Bytes(Bytes),
-    Link(Place),
+    Link(LinkTarget),
     Pipe,
     Socket,
 }
 
 /// Where a link leads, or the video of a project is.
 #[derive(Arbitrary, Debug)]
-enum Place {
+enum LinkTarget {
     Image,
     Secret,
     Frames,
@@ -111,7 +111,7 @@ enum Place {
     Endless,
 }
 
-impl Place {
+impl LinkTarget {
     fn path(&self, outside: &Path) -> PathBuf {
         match self {
             Self::Image => outside.join("frames/0000.bmp"),
@@ -197,35 +197,35 @@ fn project_of(video: &Path) -> String {
 }
 
 /// Makes an entry. One that the system refuses, such as a second one of its name, is left out.
-fn add(inside: &Path, outside: &Path, at: &mut PathBuf, (name, what): (Name, What)) {
+fn add(inside: &Path, outside: &Path, at: &mut PathBuf, (name, what): (Name, EntryKind)) {
     let path = at.join(name.path());
     if fs::symlink_metadata(&path).is_ok() {
         return;
     }
     let written = |content: &[u8]| fs::write(&path, content);
     let done = match what {
-        What::Folder(count) => fs::create_dir(&path).and_then(|()| {
+        EntryKind::Folder(count) => fs::create_dir(&path).and_then(|()| {
             at.clone_from(&path);
             let frame = |k| fs::write(path.join(format!("{k:04}.bmp")), image(5 * k));
             (0..count % 4).try_for_each(frame)
         }),
-        What::Up => {
+        EntryKind::Up => {
             if at.as_path() != inside {
                 at.pop();
             }
             Ok(())
         }
-        What::Empty => written(b""),
-        What::Image(variant, end) => {
+        EntryKind::Empty => written(b""),
+        EntryKind::Image(variant, end) => {
             let image = image(variant);
             written(&image[..end.map_or(image.len(), |end| usize::from(end).min(image.len()))])
         }
-        What::Project(place) => written(project_of(&place.path(outside)).as_bytes()),
-        What::Text(k) => written(TEXTS[usize::from(k) % TEXTS.len()].as_bytes()),
-        What::Bytes(Bytes(bytes)) => written(&bytes),
-        What::Link(place) => system::link(&place.path(outside), &path),
-        What::Pipe => system::pipe(&path),
-        What::Socket => system::socket(&path),
+        EntryKind::Project(place) => written(project_of(&place.path(outside)).as_bytes()),
+        EntryKind::Text(k) => written(TEXTS[usize::from(k) % TEXTS.len()].as_bytes()),
+        EntryKind::Bytes(Bytes(bytes)) => written(&bytes),
+        EntryKind::Link(place) => system::link(&place.path(outside), &path),
+        EntryKind::Pipe => system::pipe(&path),
+        EntryKind::Socket => system::socket(&path),
     };
     // Long names and some bytes are not allowed everywhere.
     let _ = done;
@@ -285,7 +285,7 @@ fn read(folder: &Path) {
         accepted(Store::open_shared(path, None));
         accepted(Store::open_shared(path, Some(folder)));
     }
-    accepted(Shared::new(folder).read());
+    accepted(SharedLabels::new(folder).read());
 }
 
 /// Exports the images of a folder and the clips of its projects, and looks at what was copied.
@@ -300,7 +300,7 @@ fn copied(folder: &Path, out: &Path) {
             score: None,
             corners: Some([[1.5, 1.5], [7.5, 1.5], [7.5, 6.5], [1.5, 6.5]]),
             status: None,
-            said: None,
+            manual: None,
         };
         let track = Track::new((0..count).map(entry).collect()).expect("is a track");
         let options = export::Options {

@@ -1,6 +1,6 @@
 //! The labels that all clips of a folder have in common.
 
-use patchlock_studio::project::{Edit, LABELS_FILE, Shared};
+use patchlock_studio::project::{Edit, LABELS_FILE, SharedLabels};
 
 use crate::check::accepted;
 use crate::parts;
@@ -14,7 +14,7 @@ pub fn labels(data: &[u8]) {
     let mut parts = parts(data);
     let scratch = Scratch::new();
     scratch.file(LABELS_FILE, parts.next().unwrap_or_default());
-    let mut shared = Shared::new(scratch.folder());
+    let mut shared = SharedLabels::new(scratch.folder());
     let Some(mut before) = accepted(shared.read()) else { return };
     for part in parts.take(EDITS) {
         let Some(edit) = accepted(serde_json::from_slice::<Edit>(part)) else { continue };
@@ -24,7 +24,7 @@ pub fn labels(data: &[u8]) {
             vocabulary.apply(&edit, in_use)?;
             Ok(vocabulary.clone())
         });
-        let now = Shared::new(scratch.folder()).read().expect("what was written can be read");
+        let now = SharedLabels::new(scratch.folder()).read().expect("what was written can be read");
         match accepted(done) {
             Some(changed) => assert_eq!(now.labels(), changed.labels()),
             None => assert_eq!(now, before, "a refused edit changed the file"),

@@ -100,14 +100,14 @@ pub fn pattern(width: usize, height: usize, variant: u8) -> Vec<u8> {
 
 /// A number of the configuration, by its row, and where in its range.
 #[derive(Arbitrary, Debug, Clone, Copy)]
-struct Change {
+struct SettingChange {
     row: u8,
-    spread: Spread,
+    spread: Distribution,
     share: u16,
 }
 
 #[derive(Arbitrary, Debug, Clone, Copy)]
-enum Spread {
+enum Distribution {
     Even,
     /// Each order of magnitude is as likely as the next.
     Magnitudes,
@@ -127,7 +127,7 @@ enum Samples {
 }
 
 #[derive(Arbitrary, Debug, Clone, Copy)]
-enum Shown {
+enum FrameContent {
     Pattern(u8),
     Flat(u8),
     Noise(u64),
@@ -137,16 +137,16 @@ enum Shown {
 
 /// A frame: its size if it is not that of the others, the gap between rows, and what it shows.
 #[derive(Arbitrary, Debug, Clone, Copy)]
-struct Look {
+struct FrameSpec {
     other_size: Option<[u8; 2]>,
     gap: u8,
     samples: Samples,
-    shown: Shown,
+    content: FrameContent,
 }
 
 /// A box: as shares of the frame, or any numbers.
 #[derive(Arbitrary, Debug, Clone, Copy)]
-enum Place {
+enum BoxSpec {
     Within([u8; 4]),
     Around([i8; 2], [u8; 2]),
     Any([f64; 4]),
@@ -154,12 +154,12 @@ enum Place {
 
 #[derive(Arbitrary, Debug, Clone, Copy)]
 enum Call {
-    Update(Look),
-    Start(Look, Place),
-    Restart(Look, Place),
+    Update(FrameSpec),
+    Start(FrameSpec, BoxSpec),
+    Restart(FrameSpec, BoxSpec),
     /// Follows a target for so many frames, on which it moves; tracking begins on the box if none
     /// is tracked.
-    Follow(Look, Place, u8),
+    Follow(FrameSpec, BoxSpec, u8),
     /// Continues from a snapshot through text.
     Save,
     /// Returns to the last snapshot.
@@ -170,8 +170,8 @@ enum Call {
 struct Plan {
     preset: u8,
     size: [u8; 2],
-    changes: Vec<Change>,
-    first: (Look, Place),
+    changes: Vec<SettingChange>,
+    first: (FrameSpec, BoxSpec),
     calls: Vec<Call>,
 }
 
@@ -185,22 +185,22 @@ pub fn library(data: &[u8]) {
 fn run(plan: &Plan) {
     let config = plan.config();
     let size = plan.size.map(|side| usize::from(side % 65));
-    let (look, place) = plan.first;
-    let mut tracked = Tracked {
+    let (spec, place) = plan.first;
+    let mut tracked = TrackerPair {
         left: most_frames(&config.method),
         many: MultiTracker::new(config.clone()).expect("is valid"),
         config,
         size,
         begun: None,
     };
-    tracked.begin(look, place, false);
+    tracked.begin(spec, place, false);
     let mut saved = tracked.saved();
     for call in plan.calls.iter().take(STEPS) {
         match *call {
-            Call::Update(look) => tracked.update(look),
-            Call::Start(look, place) => tracked.begin(look, place, false),
-            Call::Restart(look, place) => tracked.begin(look, place, true),
-            Call::Follow(look, place, frames) => tracked.follow(look, place, frames),
+            Call::Update(spec) => tracked.update(spec),
+            Call::Start(spec, place) => tracked.begin(spec, place, false),
+            Call::Restart(spec, place) => tracked.begin(spec, place, true),
+            Call::Follow(spec, place, frames) => tracked.follow(spec, place, frames),
             Call::Save => {
                 saved = tracked.saved();
                 tracked.restore(&saved);
@@ -251,7 +251,7 @@ impl Plan {
     }
 }
 
-impl Change {
+impl SettingChange {
     /// The value of a row of the table.
     fn value(self, row: &Parameter) -> Value {
         let share = f64::from(self.share) / f64::from(u16::MAX);
@@ -264,13 +264,13 @@ impl Change {
         };
         let cap = CAPS.iter().find(|(name, _)| *name == row.name).map_or(max, |(_, cap)| *cap);
         let number = match self.spread {
-            Spread::Even => min + share * (cap - min),
-            Spread::Magnitudes => {
+            Distribution::Even => min + share * (cap - min),
+            Distribution::Magnitudes => {
                 let least = min.max(1e-9_f64.min(cap));
                 least * (cap / least).powf(share)
             }
-            Spread::Least => min,
-            Spread::Most => cap,
+            Distribution::Least => min,
+            Distribution::Most => cap,
         };
         match row.kind {
             Kind::Whole => Value::from(number.round() as u64),
@@ -280,7 +280,7 @@ impl Change {
 }
 
 /// The tracker of a target, and what is known of it.
-struct Begun {
+struct SingleTracker {
     tracker: Tracker,
     /// The box on which tracking began last.
     on: BoundingBox,
@@ -288,41 +288,43 @@ struct Begun {
 
 /// What a call returns to: the snapshot and the box on which tracking began, if it did, and the
 /// size of frames.
-type Saved = (Option<(Snapshot, BoundingBox)>, [usize; 2]);
+type SavedState = (Option<(Snapshot, BoundingBox)>, [usize; 2]);
 
 /// A tracker, and one of many targets that is given the same; their estimates must be the same.
-struct Tracked {
+struct TrackerPair {
     config: TrackerConfig,
-    begun: Option<Begun>,
+    begun: Option<SingleTracker>,
     many: MultiTracker,
     size: [usize; 2],
     /// Frames that may still come.
     left: u32,
 }
 
-impl Tracked {
-    fn saved(&self) -> Saved {
+impl TrackerPair {
+    fn saved(&self) -> SavedState {
         let begun = self.begun.as_ref().map(|begun| (begun.tracker.snapshot(), begun.on));
         (begun, self.size)
     }
 
-    fn restore(&mut self, (saved, size): &Saved) {
-        let begun = |(snapshot, on): &_| Begun { tracker: through_text(snapshot), on: *on };
+    fn restore(&mut self, (saved, size): &SavedState) {
+        let begun = |(snapshot, on): &_| SingleTracker { tracker: through_text(snapshot), on: *on };
         (self.begun, self.size) = (saved.as_ref().map(begun), *size);
     }
 
     /// Begins with a new tracker, or again with the one that there is.
-    fn begin(&mut self, look: Look, place: Place, again: bool) {
+    fn begin(&mut self, spec: FrameSpec, place: BoxSpec, again: bool) {
         let [width, height] = self.size.map(|side| side as f64);
         let bbox = place.bbox(width, height);
         let before = self.saved();
         let Self { config, begun, many, .. } = self;
-        let found = look.see(self.size, |frame| {
+        let found = spec.with_frame(self.size, |frame| {
             let one = match begun {
-                Some(Begun { tracker, .. }) if again => tracker.restart(frame, bbox).cloned(),
+                Some(SingleTracker { tracker, .. }) if again => {
+                    tracker.restart(frame, bbox).cloned()
+                }
                 _ => Tracker::start(config.clone(), frame, bbox).map(|tracker| {
                     let estimate = tracker.estimate().clone();
-                    *begun = Some(Begun { tracker, on: bbox });
+                    *begun = Some(SingleTracker { tracker, on: bbox });
                     estimate
                 }),
             };
@@ -339,13 +341,13 @@ impl Tracked {
                 }
                 other => other,
             };
-            assert_eq!(shown(&one), shown(&other));
+            assert_eq!(debug_text(&one), debug_text(&other));
             one
         });
         match found {
             Some(Ok(found)) => {
                 estimate(&found);
-                self.size = look.size(self.size);
+                self.size = spec.size(self.size);
                 let begun = self.begun.as_mut().expect("has begun");
                 assert_eq!(*begun.tracker.estimate(), found);
                 begun.on = bbox;
@@ -358,36 +360,37 @@ impl Tracked {
         }
     }
 
-    fn follow(&mut self, look: Look, place: Place, frames: u8) {
-        let look = Look { other_size: None, ..look };
+    fn follow(&mut self, spec: FrameSpec, place: BoxSpec, frames: u8) {
+        let spec = FrameSpec { other_size: None, ..spec };
         if self.begun.is_none() {
-            self.begin(look, place, false);
+            self.begin(spec, place, false);
         }
         let frames = frames % FRAMES;
         for k in 1..frames {
-            self.advance(look.later(k));
+            self.advance(spec.later(k));
         }
-        self.update(look.later(frames));
+        self.update(spec.later(frames));
     }
 
     /// Updates the tracker, and one that was restored from its snapshot before.
-    fn update(&mut self, look: Look) {
+    fn update(&mut self, spec: FrameSpec) {
         let Some((snapshot, on)) = self.saved().0 else { return };
         let mut twin = through_text(&snapshot);
-        let Some(found) = self.advance(look) else { return };
-        let of_twin = look.see(self.size, |frame| twin.update(frame).cloned()).expect("as before");
-        assert_eq!(shown(&found), shown(&of_twin), "a restored tracker differs");
+        let Some(found) = self.advance(spec) else { return };
+        let of_twin =
+            spec.with_frame(self.size, |frame| twin.update(frame).cloned()).expect("as before");
+        assert_eq!(debug_text(&found), debug_text(&of_twin), "a restored tracker differs");
         assert_eq!(Some((twin.snapshot(), on)), self.saved().0);
     }
 
     /// Updates the tracker, and the one of many targets.
-    fn advance(&mut self, look: Look) -> Option<Result<Estimate, Error>> {
+    fn advance(&mut self, spec: FrameSpec) -> Option<Result<Estimate, Error>> {
         let Self { begun, many, .. } = self;
-        let Begun { tracker, on } = begun.as_mut()?;
+        let SingleTracker { tracker, on } = begun.as_mut()?;
         self.left = self.left.checked_sub(1)?;
-        let found = look.see(self.size, |frame| tracker.update(frame).cloned())?;
+        let found = spec.with_frame(self.size, |frame| tracker.update(frame).cloned())?;
         if many.ids().len() == 1 {
-            let of_many = look.see(self.size, |frame| {
+            let of_many = spec.with_frame(self.size, |frame| {
                 many.update(frame).map(|tracked| tracked[0].estimate.clone())
             });
             match (&found, of_many.expect("as before")) {
@@ -422,7 +425,7 @@ fn near(found: &Estimate, on: BoundingBox, size: [usize; 2]) {
 
 /// A result as text: errors may hold NaN, which is equal to nothing. The shortest text that is read
 /// as the same number is exact.
-fn shown(result: &Result<Estimate, Error>) -> String {
+fn debug_text(result: &Result<Estimate, Error>) -> String {
     format!("{result:?}")
 }
 
@@ -434,7 +437,7 @@ fn through_text(snapshot: &Snapshot) -> Tracker {
     one_restored(read).expect("what a tracker reaches can be restored")
 }
 
-impl Place {
+impl BoxSpec {
     fn bbox(self, width: f64, height: f64) -> BoundingBox {
         let share = |v: u8| f64::from(v) / 255.0;
         match self {
@@ -455,7 +458,7 @@ impl Place {
     }
 }
 
-impl Look {
+impl FrameSpec {
     fn size(self, usual: [usize; 2]) -> [usize; 2] {
         // Few frames have another size, since they are refused while a target is tracked.
         let other = self.other_size.filter(|[width, _]| width % 8 == 0);
@@ -464,17 +467,17 @@ impl Look {
 
     /// The frame so many frames later.
     fn later(self, frames: u8) -> Self {
-        let shown = match self.shown {
-            Shown::Pattern(variant) => Shown::Pattern(variant.wrapping_add(frames)),
-            Shown::Noise(seed) => Shown::Noise(seed.wrapping_add(u64::from(frames))),
+        let content = match self.content {
+            FrameContent::Pattern(variant) => FrameContent::Pattern(variant.wrapping_add(frames)),
+            FrameContent::Noise(seed) => FrameContent::Noise(seed.wrapping_add(u64::from(frames))),
             still => still,
         };
-        Self { shown, ..self }
+        Self { content, ..self }
     }
 
     /// Calls `see` with the frame; `None` if no such frame can be made, which must be an error with
     /// a text.
-    fn see<T>(self, usual: [usize; 2], see: impl FnOnce(&Frame<'_>) -> T) -> Option<T> {
+    fn with_frame<T>(self, usual: [usize; 2], see: impl FnOnce(&Frame<'_>) -> T) -> Option<T> {
         let [width, height] = self.size(usual);
         let channels = match self.samples {
             Samples::Grey8 | Samples::Grey16 | Samples::Grey32 => 1,
@@ -483,8 +486,8 @@ impl Look {
         let stride = width * channels + usize::from(self.gap % 8);
         let bytes = self.bytes(width, height, channels, stride);
         let wide = || bytes.iter().map(|v| u16::from(*v) * 257).collect::<Vec<u16>>();
-        let float = |v: &u8| match self.shown {
-            Shown::Value(value) => value,
+        let float = |v: &u8| match self.content {
+            FrameContent::Value(value) => value,
             _ => f32::from(*v) / 255.0,
         };
         let floats = || bytes.iter().map(float).collect::<Vec<f32>>();
@@ -515,22 +518,22 @@ impl Look {
     }
 
     fn bytes(self, width: usize, height: usize, channels: usize, stride: usize) -> Vec<u8> {
-        let grey = match self.shown {
-            Shown::Pattern(variant) => pattern(width, height, variant),
+        let grey = match self.content {
+            FrameContent::Pattern(variant) => pattern(width, height, variant),
             _ => Vec::new(),
         };
         let sample = |k: usize| {
             let (x, y, channel) = (k % stride / channels, k / stride, k % stride % channels);
-            match self.shown {
-                Shown::Pattern(_) if x < width => {
+            match self.content {
+                FrameContent::Pattern(_) if x < width => {
                     grey[y * width + x].wrapping_add(40 * channel as u8)
                 }
-                Shown::Pattern(_) => 99,
-                Shown::Flat(value) => value,
-                Shown::Noise(seed) => {
+                FrameContent::Pattern(_) => 99,
+                FrameContent::Flat(value) => value,
+                FrameContent::Noise(seed) => {
                     (seed ^ k as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15).to_be_bytes()[1]
                 }
-                Shown::Value(value) => value as u8,
+                FrameContent::Value(value) => value as u8,
             }
         };
         (0..stride * height).map(sample).collect()

@@ -1,7 +1,7 @@
 //! Project files, with edits, undo and redo.
 
 use patchlock_studio::project::{Edit, Project, Store};
-use patchlock_studio::tracking::doubt::doubts;
+use patchlock_studio::tracking::review::suggestions;
 
 use crate::check::{accepted, finite, said};
 use crate::parts;
@@ -61,9 +61,9 @@ fn sound(project: &Project) {
     for target in &project.targets {
         target.keys.values().for_each(|key| finite(key.bbox));
         target.tracked.values().for_each(|tracked| finite(tracked.bbox));
-        doubts(target, project.video.frames)
+        suggestions(target, project.video.frames)
             .iter()
-            .for_each(|doubt| assert!(doubt.gain.is_finite(), "{doubt:?}"));
+            .for_each(|suggestion| assert!(suggestion.gain.is_finite(), "{suggestion:?}"));
     }
 }
 

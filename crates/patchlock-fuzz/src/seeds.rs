@@ -241,7 +241,7 @@ fn track() -> Track {
         score: Some(1.0 - k as f64 / 16.0),
         corners: (id == 2).then_some([[10.0, 6.5], [42.0, 6.5], [42.0, 26.5], [10.0, 26.5]]),
         status: Some(if k == 6 { Status::Lost } else { Status::Tracked }),
-        said: None,
+        manual: None,
     };
     let entries = (0..8).flat_map(|k| [entry(k, 1), entry(k, 2)]).collect();
     Track::new(entries).expect("is valid").sized(640, 480)
@@ -352,25 +352,25 @@ const TARGET: BoundingBox = BoundingBox { x: 4.0, y: 2.0, w: 14.0, h: 11.0 };
 /// A snapshot of one target, or of many.
 #[derive(Serialize)]
 #[serde(untagged)]
-enum Saved {
+enum AnySnapshot {
     One(Box<Snapshot>),
     Many(Box<MultiSnapshot>),
 }
 
 /// A snapshot as text.
-fn text(saved: &Saved) -> Vec<u8> {
+fn text(saved: &AnySnapshot) -> Vec<u8> {
     // Not by `serde_json::Value`, which has no whole numbers of 128 bits.
     serde_json::to_vec(saved).expect("a snapshot can be written")
 }
 
 /// A snapshot as bytes.
-fn packed(saved: &Saved) -> Vec<u8> {
+fn packed(saved: &AnySnapshot) -> Vec<u8> {
     rmp_serde::to_vec_named(saved).expect("a snapshot can be written")
 }
 
-fn snapshots(preset: Preset, write: &dyn Fn(&Saved) -> Vec<u8>) -> Vec<Vec<u8>> {
-    let one = |tracker: &Tracker| write(&Saved::One(Box::new(tracker.snapshot())));
-    let many = |tracker: &MultiTracker| write(&Saved::Many(Box::new(tracker.snapshot())));
+fn snapshots(preset: Preset, write: &dyn Fn(&AnySnapshot) -> Vec<u8>) -> Vec<Vec<u8>> {
+    let one = |tracker: &Tracker| write(&AnySnapshot::One(Box::new(tracker.snapshot())));
+    let many = |tracker: &MultiTracker| write(&AnySnapshot::Many(Box::new(tracker.snapshot())));
     let (begun, after_four) = (tracker(preset, 0), tracker(preset, 4));
     let mut several = MultiTracker::new(begun.config().clone()).expect("is valid");
     let none = many(&several);

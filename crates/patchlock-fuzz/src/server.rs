@@ -9,9 +9,9 @@ use axum::body::{Body, Bytes, to_bytes};
 use axum::http::{Request, StatusCode};
 use patchlock::Preset;
 use patchlock_media::Limits;
-use patchlock_studio::project::{Shared, Store};
+use patchlock_studio::project::{SharedLabels, Store};
 use patchlock_studio::server::{
-    AllowedHosts, InProcessServer, Options, Patience, ProjectLocation, Server,
+    AllowedHosts, InProcessServer, Options, ProjectLocation, Server, Timeouts,
 };
 use serde_json::Value;
 use tokio::runtime::Runtime;
@@ -58,7 +58,7 @@ impl Studio {
             config: small(Preset::Robust),
             threads: Some(1),
             limits: Limits::default(),
-            patience: Patience { headers: second, body: second, answer: second, code: second },
+            timeouts: Timeouts { headers: second, body: second, answer: second, code: second },
             strangers: 1,
             uploads: scratch.folder().join("uploads"),
             upload_bytes: 1 << 20,
@@ -111,7 +111,7 @@ impl Studio {
         if file.exists() {
             Store::open_shared(&file, None).expect("the project on disk is whole");
         }
-        Shared::new(self.scratch.folder()).read().expect("the labels on disk are whole");
+        SharedLabels::new(self.scratch.folder()).read().expect("the labels on disk are whole");
         let outside = |path: &Path| {
             let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
             let known = ["frames", "uploads", "frames.patchlock.json", "patchlock-labels.json"];

@@ -27,14 +27,14 @@ struct Process {
 }
 
 /// A running process; it is killed when this is dropped.
-pub struct Running(Arc<Mutex<Process>>);
+pub struct ChildGuard(Arc<Mutex<Process>>);
 
-impl Running {
+impl ChildGuard {
     pub fn new(child: Child) -> Self {
         Self::of(Process { child, leads: false })
     }
 
-    /// A process that was started [`apart`]. What it has started itself ends with it.
+    /// The leader of its [own process group](own_process_group). What it has started itself ends with it.
     #[cfg(target_os = "linux")]
     pub fn leader(child: Child) -> Self {
         Self::of(Process { child, leads: true })
@@ -47,15 +47,15 @@ impl Running {
     }
 
     /// Waits for the end of a process that has closed its output.
-    pub fn end(&self, patience: Duration) -> io::Result<ExitStatus> {
-        for _ in 0..=patience.as_millis() / PAUSE.as_millis() {
+    pub fn end(&self, timeout: Duration) -> io::Result<ExitStatus> {
+        for _ in 0..=timeout.as_millis() / PAUSE.as_millis() {
             if let Some(status) = locked(&self.0).child.try_wait()? {
                 return Ok(status);
             }
             thread::sleep(PAUSE);
         }
         self.kill();
-        Err(silent(patience))
+        Err(silent(timeout))
     }
 
     /// Ends the process at once.
@@ -69,7 +69,7 @@ impl Running {
     }
 }
 
-impl Drop for Running {
+impl Drop for ChildGuard {
     fn drop(&mut self) {
         self.kill();
         locked(&RUNNING).retain(|child| !Arc::ptr_eq(child, &self.0));
@@ -77,7 +77,7 @@ impl Drop for Running {
 }
 
 /// Keeps Ctrl-C in a terminal from ending a program that is started: ours decides when it ends.
-pub fn apart(command: &mut Command) -> &mut Command {
+pub fn own_process_group(command: &mut Command) -> &mut Command {
     #[cfg(unix)]
     std::os::unix::process::CommandExt::process_group(command, 0);
     #[cfg(windows)]
@@ -125,14 +125,14 @@ fn locked<T>(value: &Mutex<T>) -> MutexGuard<'_, T> {
 /// The output of a process. It is read on a thread of its own, since a read cannot be given up. A
 /// time without a byte is an error of the kind `TimedOut`; time during which nobody reads does not
 /// count.
-pub struct Watched {
+pub struct TimeoutReader {
     pieces: Receiver<io::Result<Vec<u8>>>,
     piece: Cursor<Vec<u8>>,
-    patience: Duration,
+    timeout: Duration,
 }
 
-impl Watched {
-    pub fn new(mut stream: impl Read + Send + 'static, patience: Duration) -> Self {
+impl TimeoutReader {
+    pub fn new(mut stream: impl Read + Send + 'static, timeout: Duration) -> Self {
         let (sender, pieces) = mpsc::sync_channel(QUEUED);
         thread::spawn(move || {
             loop {
@@ -151,19 +151,19 @@ impl Watched {
                 }
             }
         });
-        Self { pieces, piece: Cursor::default(), patience }
+        Self { pieces, piece: Cursor::default(), timeout }
     }
 }
 
-impl Read for Watched {
+impl Read for TimeoutReader {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let count = self.piece.read(buffer)?;
         if count > 0 || buffer.is_empty() {
             return Ok(count);
         }
-        match self.pieces.recv_timeout(self.patience) {
+        match self.pieces.recv_timeout(self.timeout) {
             Ok(piece) => self.piece = Cursor::new(piece?),
-            Err(RecvTimeoutError::Timeout) => return Err(silent(self.patience)),
+            Err(RecvTimeoutError::Timeout) => return Err(silent(self.timeout)),
             Err(RecvTimeoutError::Disconnected) => return Ok(0),
         }
         self.piece.read(buffer)
@@ -171,8 +171,8 @@ impl Read for Watched {
 }
 
 /// The error for a process that does nothing.
-pub fn silent(patience: Duration) -> io::Error {
-    let seconds = patience.as_secs_f64();
+pub fn silent(timeout: Duration) -> io::Error {
+    let seconds = timeout.as_secs_f64();
     io::Error::new(
         ErrorKind::TimedOut,
         format!("ffmpeg wrote nothing for {seconds} s and was stopped"),

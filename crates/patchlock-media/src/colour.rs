@@ -109,15 +109,15 @@ impl Colour {
 /// The loops go over one colour of a row at a time, so that the compiler makes vectors of them, the
 /// widest that the processor has: ten times as fast as pixel by pixel.
 pub fn to_rgb(planes: &Planes<'_>, colour: Colour) -> Vec<u8> {
-    Arch::new().dispatch(ToRgb { planes, colour })
+    Arch::new().dispatch(RgbConversion { planes, colour })
 }
 
-struct ToRgb<'a> {
+struct RgbConversion<'a> {
     planes: &'a Planes<'a>,
     colour: Colour,
 }
 
-impl NullaryFnOnce for ToRgb<'_> {
+impl NullaryFnOnce for RgbConversion<'_> {
     type Output = Vec<u8>;
 
     #[inline(always)]
@@ -211,7 +211,7 @@ pub fn luma_to_grey(luma: &[u8], full_range: bool) -> Vec<u8> {
 /// since 4:2:0 H.264 allows only even sizes.
 fn to_yuv420<const N: usize>(pixels: &[u8], width: usize, height: usize) -> YuvFrame {
     let pixels = &pixels.as_chunks().0[..width * height];
-    Arch::new().dispatch(ToYuv::<N> { pixels, width, height })
+    Arch::new().dispatch(YuvConversion::<N> { pixels, width, height })
 }
 
 /// [`to_yuv420`] of three bytes per pixel. It has no parameters of types, so that it is compiled in
@@ -225,13 +225,13 @@ pub(crate) fn rgba_to_yuv420(rgba: &[u8], width: usize, height: usize) -> YuvFra
     to_yuv420::<4>(rgba, width, height)
 }
 
-struct ToYuv<'a, const N: usize> {
+struct YuvConversion<'a, const N: usize> {
     pixels: &'a [[u8; N]],
     width: usize,
     height: usize,
 }
 
-impl<const N: usize> NullaryFnOnce for ToYuv<'_, N> {
+impl<const N: usize> NullaryFnOnce for YuvConversion<'_, N> {
     type Output = YuvFrame;
 
     #[inline(always)]

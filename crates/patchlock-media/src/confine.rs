@@ -16,7 +16,7 @@ const PER_PIXEL: u64 = 100;
     not(all(target_os = "linux", target_endian = "little")),
     allow(dead_code, reason = "only Linux keeps a program to all of it")
 )]
-pub struct Allowed<'a> {
+pub struct SandboxPolicy<'a> {
     /// Files that it reads, and folders with all that is in them.
     pub reads: Vec<&'a Path>,
     /// Whether it is this program, which needs no libraries but those of the system.
@@ -30,18 +30,18 @@ pub struct Allowed<'a> {
 /// Starts a program that may do no more than that. On Linux it reads only the file, programs and
 /// libraries, changes only the folders, opens no connection, and has limited memory. Where the
 /// kernel cannot see to one of these, the others hold; elsewhere, none does.
-pub fn spawn(command: &mut Command, allowed: &Allowed<'_>) -> io::Result<Child> {
-    let child = confined::spawn(command, allowed)?;
-    let frames = PER_PIXEL.saturating_mul(allowed.pixels as u64);
+pub fn spawn(command: &mut Command, policy: &SandboxPolicy<'_>) -> io::Result<Child> {
+    let child = confined::spawn(command, policy)?;
+    let frames = PER_PIXEL.saturating_mul(policy.pixels as u64);
     confined::limit(&child, BASE.saturating_add(frames));
     Ok(child)
 }
 
 #[cfg(not(all(target_os = "linux", target_endian = "little")))]
 mod confined {
-    use super::{Allowed, Child, Command, io};
+    use super::{Child, Command, SandboxPolicy, io};
 
-    pub fn spawn(command: &mut Command, _: &Allowed<'_>) -> io::Result<Child> {
+    pub fn spawn(command: &mut Command, _: &SandboxPolicy<'_>) -> io::Result<Child> {
         command.spawn()
     }
 
@@ -61,7 +61,7 @@ mod confined {
     use rustix::process::{Pid, Resource, Rlimit, getrlimit, prlimit};
     use seccompiler::{BpfProgram, SeccompAction, SeccompFilter};
 
-    use super::{Allowed, Child, Command, Path, io};
+    use super::{Child, Command, Path, SandboxPolicy, io};
 
     /// Where programs and their libraries are.
     const PROGRAMS: [&str; 10] = [
@@ -115,14 +115,14 @@ mod confined {
     /// Marks the calls of x86-64 with short pointers, which lead to the same functions.
     const SHORT_POINTERS: libc::c_long = 0x4000_0000;
 
-    pub fn spawn(command: &mut Command, allowed: &Allowed<'_>) -> io::Result<Child> {
+    pub fn spawn(command: &mut Command, policy: &SandboxPolicy<'_>) -> io::Result<Child> {
         let program = found(command.get_program());
         if program.as_ref().is_some_and(|program| program.starts_with(SNAPS)) {
             return command.spawn();
         }
         // The rules are those of a thread and of what it starts. This thread then ends.
         let start = || {
-            let _ = keep_to_files(program.as_deref(), allowed);
+            let _ = keep_to_files(program.as_deref(), policy);
             let _ = refuse_calls();
             command.spawn()
         };
@@ -162,7 +162,7 @@ mod confined {
     /// program of an unusual place may read all, and still changes nothing and connects to nothing.
     pub(super) fn keep_to_files(
         program: Option<&Path>,
-        allowed: &Allowed<'_>,
+        policy: &SandboxPolicy<'_>,
     ) -> Result<RestrictionStatus, RulesetError> {
         let reading = AccessFs::from_read(RULES);
         let looking = make_bitflags!(AccessFs::{ReadFile | ReadDir});
@@ -172,11 +172,11 @@ mod confined {
             .handle_access(AccessNet::from_all(RULES))?
             .scope(Scope::from_all(RULES))?
             .create()?
-            .add_rules(path_beneath_rules(programs(program, allowed.is_ours), reading))?
+            .add_rules(path_beneath_rules(programs(program, policy.is_ours), reading))?
             .add_rules(path_beneath_rules(LOADING, looking))?
             .add_rules(path_beneath_rules(["/dev/null"], null))?
-            .add_rules(path_beneath_rules(&allowed.reads, looking))?
-            .add_rules(path_beneath_rules(&allowed.changes, AccessFs::from_all(RULES)))?
+            .add_rules(path_beneath_rules(&policy.reads, looking))?
+            .add_rules(path_beneath_rules(&policy.changes, AccessFs::from_all(RULES)))?
             .restrict_self()
     }
 
@@ -220,8 +220,8 @@ pub mod tests {
 
     use super::*;
 
-    fn of<'a>(file: &'a Path, changes: Vec<&'a Path>, pixels: usize) -> Allowed<'a> {
-        Allowed { reads: vec![file], is_ours: false, changes, pixels }
+    fn of<'a>(file: &'a Path, changes: Vec<&'a Path>, pixels: usize) -> SandboxPolicy<'a> {
+        SandboxPolicy { reads: vec![file], is_ours: false, changes, pixels }
     }
 
     /// Whether the kernel keeps all the rules for files.
@@ -236,10 +236,10 @@ pub mod tests {
     }
 
     /// What a shell script writes to its output if it may do no more than this.
-    fn said(shell: &str, script: &str, allowed: &Allowed<'_>) -> String {
+    fn said(shell: &str, script: &str, policy: &SandboxPolicy<'_>) -> String {
         let mut command = Command::new(shell);
         command.args(["-c", script]).stdin(Stdio::null());
-        let child = spawn(command.stdout(Stdio::piped()).stderr(Stdio::null()), allowed).unwrap();
+        let child = spawn(command.stdout(Stdio::piped()).stderr(Stdio::null()), policy).unwrap();
         String::from_utf8(child.wait_with_output().unwrap().stdout).unwrap()
     }
 
@@ -256,14 +256,14 @@ pub mod tests {
         }
         std::os::unix::fs::symlink(at("secret"), at("own/link")).unwrap();
         let (video, own) = (at("video"), at("own"));
-        let allowed = of(&video, vec![&own], 1);
+        let policy = of(&video, vec![&own], 1);
         let here = folder.path().display();
         let script = format!(
             "cd {here}/own; cat ../video ../secret link; echo x > new; cat new; ls ..
              echo y > ../new; echo y >> ../video; rm ../secret; mv ../video .; echo z > link
              cat /proc/$PPID/environ /etc/passwd; kill -0 $PPID && echo may kill"
         );
-        assert_eq!(said("sh", &script, &allowed), "videox\n");
+        assert_eq!(said("sh", &script, &policy), "videox\n");
         assert_eq!(fs::read_to_string(at("video")).unwrap(), "video");
         assert_eq!(fs::read_to_string(at("secret")).unwrap(), "secret");
         assert!(!at("new").exists());
@@ -280,9 +280,9 @@ pub mod tests {
         fs::write(at("library"), "library").unwrap();
         fs::copy("/bin/sh", at("shell")).unwrap();
         let video = at("video");
-        let allowed = of(&video, Vec::new(), 1);
+        let policy = of(&video, Vec::new(), 1);
         let script = format!("cd {}; cat library; echo x > library", folder.path().display());
-        assert_eq!(said(at("shell").to_str().unwrap(), &script, &allowed), "library");
+        assert_eq!(said(at("shell").to_str().unwrap(), &script, &policy), "library");
         assert_eq!(fs::read_to_string(at("library")).unwrap(), "library");
     }
 
@@ -298,8 +298,8 @@ pub mod tests {
             "echo begins; (echo > /dev/tcp/127.0.0.1/{tcp}) && echo tcp
              (echo > /dev/udp/127.0.0.1/{udp}) && echo udp"
         );
-        let allowed = of(Path::new("/dev/null"), Vec::new(), 1);
-        assert_eq!(said("/bin/bash", &script, &allowed), "begins\n");
+        let policy = of(Path::new("/dev/null"), Vec::new(), 1);
+        assert_eq!(said("/bin/bash", &script, &policy), "begins\n");
         let free = Command::new("/bin/bash").args(["-c", &script]).output().unwrap().stdout;
         assert!(String::from_utf8(free).unwrap().contains("udp"), "the script can connect");
     }

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 
 use crate::image_file::{EXTENSIONS, LoadError};
-use crate::limits::TooLarge;
+use crate::limits::SizeLimitError;
 use crate::live;
 use crate::order::RangeError;
 
@@ -100,7 +100,7 @@ pub enum Error {
         /// The source or frame.
         what: String,
         /// Its size and the limit.
-        size: TooLarge,
+        size: SizeLimitError,
     },
     /// The frames of a video have more pixels than [`crate::Limits::pixels`]; how many is unknown.
     #[error("cannot read {name}: its frames have more than the {limit} pixels that are accepted")]

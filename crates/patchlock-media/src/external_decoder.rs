@@ -4,8 +4,8 @@
 use std::process::Stdio;
 use std::time::Duration;
 
-use crate::child::{Running, Watched, apart};
-use crate::ffmpeg::{EVERY_FRAME_ONCE, Heard, Program, TIMES};
+use crate::child::{ChildGuard, TimeoutReader, own_process_group};
+use crate::ffmpeg::{DecoderLog, EVERY_FRAME_ONCE, Program, TIMES};
 use crate::limits::Limits;
 use crate::y4m::Y4mStream;
 
@@ -14,16 +14,16 @@ const END: Duration = Duration::from_secs(1);
 
 /// A file whose pictures ffmpeg decodes, in the order in which they are shown.
 pub struct ExternalDecoder {
-    frames: Y4mStream<Watched>,
-    heard: Heard,
+    frames: Y4mStream<TimeoutReader>,
+    log: DecoderLog,
     /// The number of the first picture.
     first: usize,
     next: usize,
-    _running: Running,
+    _process: ChildGuard,
 }
 
 /// What to decode.
-pub struct Wanted<'a> {
+pub struct DecodeRequest<'a> {
     /// The file.
     pub path: &'a std::path::Path,
     /// The number of the first picture.
@@ -36,7 +36,7 @@ pub struct Wanted<'a> {
 }
 
 /// What became of a start.
-enum Started {
+enum StartOutcome {
     Decoder(Box<ExternalDecoder>),
     /// It does not know an option, or cannot read the file.
     Ended,
@@ -44,11 +44,11 @@ enum Started {
 
 impl ExternalDecoder {
     /// Starts ffmpeg; `None` if there is none that can do this.
-    pub fn start(program: &Program, wanted: &Wanted<'_>, limits: Limits) -> Option<Self> {
+    pub fn start(program: &Program, request: &DecodeRequest<'_>, limits: Limits) -> Option<Self> {
         for sync in EVERY_FRAME_ONCE {
-            match Self::run(program, wanted, limits, sync)? {
-                Started::Decoder(decoder) => return Some(*decoder),
-                Started::Ended => {}
+            match Self::run(program, request, limits, sync)? {
+                StartOutcome::Decoder(decoder) => return Some(*decoder),
+                StartOutcome::Ended => {}
             }
         }
         None
@@ -58,10 +58,10 @@ impl ExternalDecoder {
     /// left to the reader of the file.
     fn run(
         program: &Program,
-        wanted: &Wanted<'_>,
+        request: &DecodeRequest<'_>,
         limits: Limits,
         sync: [&str; 2],
-    ) -> Option<Started> {
+    ) -> Option<StartOutcome> {
         let input = [
             ["-err_detect", "explode"],
             ["-strict", "1"],
@@ -70,12 +70,12 @@ impl ExternalDecoder {
         ];
         let mut command = program.empty("quiet", limits);
         command.args(["-xerror", "-noautorotate"]).args(input.as_flattened());
-        if let Some((seek, _)) = wanted.from {
+        if let Some((seek, _)) = request.from {
             // Where ffmpeg itself cuts depends on when the file begins.
             command.args(["-noaccurate_seek", "-seek_timestamp", "1", "-ss", &format!("{seek}us")]);
         }
-        Program::add_input(&mut command, wanted.path, None).ok()?;
-        let cut = wanted.from.map(|(_, cut)| format!("settb=AVTB,trim=start_pts={cut},"));
+        Program::add_input(&mut command, request.path, None).ok()?;
+        let cut = request.from.map(|(_, cut)| format!("settb=AVTB,trim=start_pts={cut},"));
         let cut = cut.unwrap_or_default();
         // Written at equal distances, since times that are uneven would count as an error.
         let filters = format!("{cut}{TIMES},setpts=N/TB,format=yuv420p|yuvj420p");
@@ -83,25 +83,25 @@ impl ExternalDecoder {
         command.args(["-strict", "-1", "-f", "yuv4mpegpipe", "-"]);
         command.stdout(Stdio::piped()).stderr(Stdio::piped());
         if !program.is_of_group {
-            apart(&mut command);
+            own_process_group(&mut command);
         }
-        let started = program.spawn(&mut command, wanted.path, limits);
+        let started = program.spawn(&mut command, request.path, limits);
         let mut child = started.ok()?;
         let (output, errors) = (child.stdout.take(), child.stderr.take());
-        let running = Running::new(child);
-        let output = Watched::new(output?, program.patience);
-        let Ok(frames) = Y4mStream::begin(output, "ffmpeg", limits, None, wanted.first) else {
+        let process = ChildGuard::new(child);
+        let output = TimeoutReader::new(output?, program.timeout);
+        let Ok(frames) = Y4mStream::begin(output, "ffmpeg", limits, None, request.first) else {
             // One that hangs would hang again.
-            return running.end(END).is_ok().then_some(Started::Ended);
+            return process.end(END).is_ok().then_some(StartOutcome::Ended);
         };
-        let heard = Heard::listen(errors?, program.patience);
-        let [width, height] = wanted.size;
+        let log = DecoderLog::listen(errors?, program.timeout);
+        let [width, height] = request.size;
         let header = frames.header();
-        let fits = header.size() == wanted.size && header.frame_bytes() == width * height * 3 / 2;
-        let first = wanted.first;
-        let decoder = Self { frames, heard, first, next: first, _running: running };
+        let fits = header.size() == request.size && header.frame_bytes() == width * height * 3 / 2;
+        let first = request.first;
+        let decoder = Self { frames, log, first, next: first, _process: process };
         let decoder = Box::new(decoder);
-        fits.then_some(Started::Decoder(decoder))
+        fits.then_some(StartOutcome::Decoder(decoder))
     }
 
     /// The number of the picture that comes next.
@@ -113,7 +113,7 @@ impl ExternalDecoder {
     /// shown at this time, in millionths of a second.
     pub fn read(&mut self, time: i64) -> Option<Vec<u8>> {
         let planes = self.frames.read_next().ok()??;
-        let shown = self.heard.time(self.next - self.first)?;
+        let shown = self.log.time(self.next - self.first)?;
         self.next += 1;
         (shown.abs_diff(time) <= 1).then_some(planes)
     }

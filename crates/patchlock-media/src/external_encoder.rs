@@ -9,7 +9,7 @@ use std::thread;
 
 use rusty_h264::YuvFrame;
 
-use crate::child::{Running, apart};
+use crate::child::{ChildGuard, own_process_group};
 use crate::{Error, limits};
 
 /// What begins each picture in the stream: an access unit delimiter.
@@ -19,7 +19,7 @@ const PIECE: usize = 1 << 16;
 
 /// A running ffmpeg. Pictures come out in the order in which they went in, some of them later.
 pub struct ExternalEncoder {
-    running: Running,
+    process: ChildGuard,
     /// `None` after the last frame.
     input: Option<ChildStdin>,
     units: Receiver<Vec<u8>>,
@@ -53,11 +53,11 @@ impl ExternalEncoder {
             .args(["-x264-params", "aud=1:scenecut=0:sliced-threads=0:slices=1"])
             .args(["-flush_packets", "1", "-f", "h264", "pipe:1"]);
         command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null());
-        let mut child = apart(&mut command).spawn().ok()?;
+        let mut child = own_process_group(&mut command).spawn().ok()?;
         let (input, output) = (child.stdin.take(), child.stdout.take());
-        let running = Running::new(child);
+        let process = ChildGuard::new(child);
         let units = split(output?);
-        Some(Self { running, input: Some(input?), units })
+        Some(Self { process, input: Some(input?), units })
     }
 
     /// Encodes a frame more.
@@ -89,7 +89,7 @@ impl ExternalEncoder {
                 Err(mpsc::RecvTimeoutError::Timeout) => return Err(ended()),
             }
         }
-        match self.running.end(limits::SILENCE) {
+        match self.process.end(limits::SILENCE) {
             Ok(status) if status.success() => Ok(units),
             _ => Err(ended()),
         }
@@ -146,9 +146,9 @@ mod tests {
     use super::*;
 
     /// A stream that comes in pieces of this length.
-    struct Slowly(Vec<u8>, usize);
+    struct ChunkedReader(Vec<u8>, usize);
 
-    impl Read for Slowly {
+    impl Read for ChunkedReader {
         fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
             let count = self.1.min(self.0.len()).min(buffer.len());
             buffer[..count].copy_from_slice(&self.0[..count]);
@@ -166,7 +166,8 @@ mod tests {
             &[0, 0, 0, 1, 9, 48, 0, 0, 1, 65, 0, 3],
         ];
         for length in [1, 2, 3, 5, 7, 100] {
-            let found: Vec<Vec<u8>> = split(Slowly(pictures.concat(), length)).iter().collect();
+            let found: Vec<Vec<u8>> =
+                split(ChunkedReader(pictures.concat(), length)).iter().collect();
             assert_eq!(found.concat(), pictures.concat());
             assert_eq!(found.len(), 4, "pieces of {length}: {found:?}");
         }

@@ -10,13 +10,13 @@ use tempfile::TempDir;
 use crate::ffmpeg::Program;
 
 /// A script that may write nothing for half a second.
-pub struct Fake {
+pub struct FakeFfmpeg {
     folder: TempDir,
     /// The script.
     pub program: Program,
 }
 
-impl Fake {
+impl FakeFfmpeg {
     /// `script` runs in the folder of the test.
     pub fn new(script: &str) -> Self {
         let folder = tempfile::tempdir().unwrap();
@@ -24,8 +24,8 @@ impl Fake {
         let here = folder.path().display();
         fs::write(&name, format!("#!/bin/sh\ncd '{here}'\n{script}\n")).unwrap();
         fs::set_permissions(&name, fs::Permissions::from_mode(0o755)).unwrap();
-        let (patience, own) = (Duration::from_millis(500), Some(folder.path().to_path_buf()));
-        Self { folder, program: Program { name, patience, folder: own, is_of_group: false } }
+        let (timeout, own) = (Duration::from_millis(500), Some(folder.path().to_path_buf()));
+        Self { folder, program: Program { name, timeout, folder: own, is_of_group: false } }
     }
 
     /// A file in the folder of the test.

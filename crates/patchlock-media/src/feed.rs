@@ -1,24 +1,24 @@
 //! Frames for a tracker, wherever they come from.
 
-use crate::live::Live;
-use crate::{Ahead, Error, Next, Note, Picture, ahead};
+use crate::live::LiveSource;
+use crate::{Error, NextFrame, Note, Picture, Prefetcher, prefetch};
 
 /// Frames of a file, decoded ahead, or the newest of a live source.
 pub enum Feed {
     /// All frames of a range, in order.
-    Ahead(Ahead),
+    File(Prefetcher),
     /// The newest frame.
-    Live(Live),
+    Live(LiveSource),
 }
 
 impl Feed {
     /// Waits up to 100 ms for the next frame.
     ///
     /// # Errors
-    /// As [`Ahead::wait`] and [`Live::wait`].
-    pub fn wait(&mut self) -> Result<Next, Error> {
+    /// As [`Prefetcher::wait`] and [`LiveSource::wait`].
+    pub fn wait(&mut self) -> Result<NextFrame, Error> {
         match self {
-            Self::Ahead(ahead) => ahead.wait(),
+            Self::File(prefetch) => prefetch.wait(),
             Self::Live(live) => live.wait(),
         }
     }
@@ -33,7 +33,7 @@ impl Feed {
         stopped: &dyn Fn() -> bool,
         mut note: impl FnMut(Note),
     ) -> Result<Option<(usize, Picture)>, Error> {
-        ahead::next_unless(stopped, || {
+        prefetch::next_unless(stopped, || {
             let next = self.wait();
             self.notes().into_iter().for_each(&mut note);
             next
@@ -43,7 +43,7 @@ impl Feed {
     /// What a user should know of the source, found since the last call.
     pub fn notes(&self) -> Vec<Note> {
         match self {
-            Self::Ahead(ahead) => ahead.notes().collect(),
+            Self::File(prefetch) => prefetch.notes().collect(),
             Self::Live(live) => live.notes().collect(),
         }
     }
@@ -52,7 +52,7 @@ impl Feed {
     /// out.
     pub fn dropped(&self) -> Option<usize> {
         match self {
-            Self::Ahead(_) => None,
+            Self::File(_) => None,
             Self::Live(live) => Some(live.dropped()),
         }
     }

@@ -1,8 +1,8 @@
 //! Decodes all other video formats with an `ffmpeg` process, whose Y4M output is read through a
-//! pipe. The times of the frames and its complaints come through standard error, each in front of
+//! pipe. The times of the frames and its messages come through standard error, each in front of
 //! the frame that it is about.
 
-mod heard;
+mod decoder_log;
 mod process;
 mod video;
 
@@ -12,13 +12,13 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
-use crate::child::{Running, Watched};
+use crate::child::{ChildGuard, TimeoutReader};
 use crate::colour::Matrix;
-use crate::confine::{self, Allowed};
+use crate::confine::{self, SandboxPolicy};
 use crate::limits::{self, Limits};
 use crate::{Container, Error, FrameRate, FrameSource, y4m};
 
-pub(crate) use heard::{Heard, without_address};
+pub(crate) use decoder_log::{DecoderLog, without_address};
 use process::Task;
 use video::Video;
 
@@ -46,7 +46,7 @@ pub(crate) const TIMES: &str =
 #[derive(Debug, Clone)]
 pub struct Program {
     pub(crate) name: PathBuf,
-    pub(crate) patience: Duration,
+    pub(crate) timeout: Duration,
     /// A folder that it may change. Tests have one.
     pub(crate) folder: Option<PathBuf>,
     /// Whether it ends with the group of this process, which somebody else ends.
@@ -55,7 +55,7 @@ pub struct Program {
 
 impl Default for Program {
     fn default() -> Self {
-        Self { name: "ffmpeg".into(), patience: limits::SILENCE, folder: None, is_of_group: false }
+        Self { name: "ffmpeg".into(), timeout: limits::SILENCE, folder: None, is_of_group: false }
     }
 }
 
@@ -70,10 +70,10 @@ pub fn open(
     times: Option<Vec<i64>>,
     program: Program,
 ) -> Result<Box<dyn FrameSource>, Error> {
-    let about = About::of(path, reason, limits, &program)?;
+    let info = VideoInfo::of(path, reason, limits, &program)?;
     let (path, reason) = (path.to_path_buf(), reason.to_string());
-    let task = Task { program, path, reason, limits, matrix: about.matrix };
-    Ok(Box::new(Video::open(task, about, times, reverse)?))
+    let task = Task { program, path, reason, limits, matrix: info.matrix };
+    Ok(Box::new(Video::open(task, info, times, reverse)?))
 }
 
 impl Program {
@@ -130,13 +130,16 @@ impl Program {
     ) -> io::Result<Child> {
         let changes = self.folder.as_deref().into_iter().collect();
         let reads = vec![reads];
-        confine::spawn(command, &Allowed { reads, is_ours: false, changes, pixels: limits.pixels })
+        confine::spawn(
+            command,
+            &SandboxPolicy { reads, is_ours: false, changes, pixels: limits.pixels },
+        )
     }
 }
 
 /// What the frames of Y4M do not tell of a video.
 #[derive(Default)]
-struct About {
+struct VideoInfo {
     /// The matrix of the colours; `None` if the video does not say.
     matrix: Option<Matrix>,
     sound: bool,
@@ -148,7 +151,7 @@ struct About {
     mean_rate: Option<FrameRate>,
 }
 
-impl About {
+impl VideoInfo {
     /// Decodes one frame. Errors but silence are left to the process that decodes all.
     fn of(path: &Path, reason: &str, limits: Limits, program: &Program) -> Result<Self, Error> {
         let mut command = program.command(path, "info", None, limits)?;
@@ -160,29 +163,29 @@ impl About {
         let mut child = started.map_err(|error| cannot_start(error, path, reason))?;
         let errors = child.stderr.take();
         // What it prints is all that matters; it is killed in the end.
-        let _running = Running::new(child);
-        let mut about = Self::default();
+        let _process = ChildGuard::new(child);
+        let mut info = Self::default();
         let mut one_each = false;
-        let Some(errors) = errors else { return Ok(about) };
-        let mut errors = BufReader::new(Watched::new(errors, program.patience));
+        let Some(errors) = errors else { return Ok(info) };
+        let mut errors = BufReader::new(TimeoutReader::new(errors, program.timeout));
         loop {
             let line = match y4m::piece_of_line(&mut errors) {
                 Ok(Some(line)) => line,
                 Err(error) if error.kind() == io::ErrorKind::TimedOut => {
                     return Err(Error::unreadable_in(Container::Other, path.display(), error));
                 }
-                Ok(None) | Err(_) => return Ok(about),
+                Ok(None) | Err(_) => return Ok(info),
             };
             let is_stream = line.contains("Stream #");
-            about.mean_rate = about.mean_rate.or(mean_rate(&line).filter(|_| is_stream));
-            about.sound |= is_stream && line.contains(": Audio:");
+            info.mean_rate = info.mean_rate.or(mean_rate(&line).filter(|_| is_stream));
+            info.sound |= is_stream && line.contains(": Audio:");
             one_each |= is_stream && ONE_FRAME_EACH.iter().any(|codec| line.contains(codec));
             // Other containers than MP4 may store the two fields of an interlaced frame apart.
-            about.is_countable |= one_each && line.contains(" i:P ");
+            info.is_countable |= one_each && line.contains(" i:P ");
             let size = line.split(' ').find_map(|word| word.strip_prefix("s:"));
-            about.pixels = size.and_then(area).unwrap_or(about.pixels);
+            info.pixels = size.and_then(area).unwrap_or(info.pixels);
             let space = line.split(' ').find_map(|word| word.strip_prefix("color_space:"));
-            about.matrix = about.matrix.or(space.and_then(matrix));
+            info.matrix = info.matrix.or(space.and_then(matrix));
         }
     }
 }
@@ -237,11 +240,11 @@ fn cannot_start(error: io::Error, path: &Path, reason: &str) -> Error {
 mod tests {
     use super::*;
     use crate::confine::tests::files_are_kept;
-    use crate::fake_ffmpeg::Fake;
+    use crate::fake_ffmpeg::FakeFfmpeg;
     use std::{fs, thread};
 
     /// Opens a video with a script in place of ffmpeg.
-    fn open_with(fake: &Fake, reverse: bool) -> Result<Box<dyn FrameSource>, Error> {
+    fn open_with(fake: &FakeFfmpeg, reverse: bool) -> Result<Box<dyn FrameSource>, Error> {
         let program = fake.program.clone();
         open(&fake.file("v.webm"), "holds VP9", reverse, Limits::default(), None, program)
     }
@@ -254,7 +257,7 @@ mod tests {
 
     #[test]
     fn a_process_that_hangs_is_stopped() {
-        let fake = Fake::new(&format!("{COLOURS}\nexec sleep 1000"));
+        let fake = FakeFfmpeg::new(&format!("{COLOURS}\nexec sleep 1000"));
         let error = open_with(&fake, false).err().unwrap().to_string();
         assert!(error.contains("v.webm") && error.contains(STUCK), "{error}");
         assert!(fake.has_ended());
@@ -262,7 +265,7 @@ mod tests {
 
     #[test]
     fn a_process_that_hangs_before_the_colours_is_stopped() {
-        let fake = Fake::new("echo $$ > id\nexec sleep 1000");
+        let fake = FakeFfmpeg::new("echo $$ > id\nexec sleep 1000");
         let error = open_with(&fake, false).err().unwrap();
         assert!(error.to_string().contains(STUCK), "{error}");
         assert!(matches!(error, Error::Unreadable { container: Some(Container::Other), .. }));
@@ -271,7 +274,7 @@ mod tests {
 
     #[test]
     fn only_containers_that_hold_their_video_are_allowed() {
-        let fake = Fake::new(&format!("echo \"$*\" >> asked\n{FRAMES}"));
+        let fake = FakeFfmpeg::new(&format!("echo \"$*\" >> asked\n{FRAMES}"));
         open_with(&fake, false).unwrap();
         let asked = fs::read_to_string(fake.file("asked")).unwrap();
         assert_eq!(asked.lines().count(), 2);
@@ -294,7 +297,7 @@ mod tests {
         let elsewhere = tempfile::tempdir().unwrap();
         let file = elsewhere.path().join("file");
         let tries = format!("(echo x > '{}') 2> /dev/null\necho x >> runs", file.display());
-        let fake = Fake::new(&format!("{tries}\n{FRAMES}"));
+        let fake = FakeFfmpeg::new(&format!("{tries}\n{FRAMES}"));
         let mut video = open_with(&fake, false).unwrap();
         assert_eq!(video.count().unwrap(), 2);
         assert!(fs::read_to_string(fake.file("runs")).unwrap().lines().count() >= 2);
@@ -303,7 +306,8 @@ mod tests {
 
     #[test]
     fn frames_before_a_hang_are_kept() {
-        let fake = Fake::new(&format!("{COLOURS}\n{FRAMES}\nprintf 'FRAME'\nexec sleep 1000"));
+        let fake =
+            FakeFfmpeg::new(&format!("{COLOURS}\n{FRAMES}\nprintf 'FRAME'\nexec sleep 1000"));
         let mut video = open_with(&fake, false).unwrap();
         assert!(video.frame(0).unwrap().is_some() && video.frame(1).unwrap().is_some());
         let error = video.frame(2).unwrap_err().to_string();
@@ -315,7 +319,7 @@ mod tests {
     #[test]
     fn a_process_that_closes_its_output_and_stays_is_stopped() {
         let stays = format!("{COLOURS}\n{FRAMES}\nexec >&- 2>&-\nexec sleep 1000");
-        let fake = Fake::new(&stays);
+        let fake = FakeFfmpeg::new(&stays);
         let mut video = open_with(&fake, false).unwrap();
         video.frame(1).unwrap();
         let error = video.frame(2).unwrap_err().to_string();
@@ -325,11 +329,12 @@ mod tests {
 
     #[test]
     fn time_without_a_reader_does_not_count_and_nothing_outlives_the_video() {
-        let fake = Fake::new(&format!("{COLOURS}\n{FRAMES}\nsleep 0.1\nprintf 'FRAME\\nijkl'"));
+        let fake =
+            FakeFfmpeg::new(&format!("{COLOURS}\n{FRAMES}\nsleep 0.1\nprintf 'FRAME\\nijkl'"));
         let mut video = open_with(&fake, false).unwrap();
         thread::sleep(Duration::from_millis(900));
         assert_eq!((0..).map_while(|k| video.frame(k).unwrap()).count(), 3);
-        let fake = Fake::new(&format!("{COLOURS}\n{FRAMES}\nexec sleep 1000"));
+        let fake = FakeFfmpeg::new(&format!("{COLOURS}\n{FRAMES}\nexec sleep 1000"));
         let video = open_with(&fake, false).unwrap();
         assert!(!fake.has_ended());
         drop(video);

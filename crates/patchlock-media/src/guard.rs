@@ -13,10 +13,10 @@ thread_local! {
 /// A decoder library panicked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("the decoder failed: the data are damaged")]
-pub struct Panicked;
+pub struct DecoderPanic;
 
 /// Calls `decode`. State that it changes must not be used after a panic.
-pub fn decoding<T>(decode: impl FnOnce() -> T) -> Result<T, Panicked> {
+pub fn decoding<T>(decode: impl FnOnce() -> T) -> Result<T, DecoderPanic> {
     let outer = DECODING.replace(true);
     let decoded = catch_unwind(AssertUnwindSafe(decode));
     DECODING.set(outer);
@@ -25,7 +25,7 @@ pub fn decoding<T>(decode: impl FnOnce() -> T) -> Result<T, Panicked> {
             call();
         }
     });
-    decoded.map_err(|_| Panicked)
+    decoded.map_err(|_| DecoderPanic)
 }
 
 /// Calls this from now on after each piece of work of a decoder on this thread: a picture, mostly.
@@ -56,7 +56,7 @@ mod tests {
     fn a_panic_becomes_an_error() {
         silence_decoders();
         assert_eq!(decoding(|| 3), Ok(3));
-        assert_eq!(decoding(|| -> u8 { panic!("as a decoder does") }), Err(Panicked));
+        assert_eq!(decoding(|| -> u8 { panic!("as a decoder does") }), Err(DecoderPanic));
         assert!(!DECODING.get());
     }
 }

@@ -52,7 +52,7 @@ pub fn is_intra(stream: &[u8]) -> bool {
     let slices = units(stream).filter(|unit| unit_type(unit) == Some(SLICES[0]));
     let mut types = slices.map(|unit| {
         let head = without_emulation_prevention(unit.get(1..unit.len().min(32))?);
-        let mut bits = Bits { data: &head, at: 0 };
+        let mut bits = BitReader { data: &head, at: 0 };
         bits.ue()?; // first_mb_in_slice
         bits.ue()
     });
@@ -105,7 +105,7 @@ impl StreamInfo {
 /// crops more than there is.
 pub fn parse(nal: &[u8]) -> Option<StreamInfo> {
     let rbsp = without_emulation_prevention(nal.get(1..)?);
-    let mut bits = Bits { data: &rbsp, at: 0 };
+    let mut bits = BitReader { data: &rbsp, at: 0 };
     let mut info = StreamInfo { chroma_format: 1, bit_depth: 8, ..StreamInfo::default() };
     let profile = bits.take(8)?;
     bits.take(16)?; // constraint flags, level
@@ -141,7 +141,7 @@ pub fn parse(nal: &[u8]) -> Option<StreamInfo> {
     Some(info)
 }
 
-fn high_profile(bits: &mut Bits<'_>, info: &mut StreamInfo) -> Option<()> {
+fn high_profile(bits: &mut BitReader<'_>, info: &mut StreamInfo) -> Option<()> {
     info.chroma_format = bits.ue()?;
     if info.chroma_format == 3 {
         bits.take(1)?; // separate colour planes
@@ -159,7 +159,7 @@ fn high_profile(bits: &mut Bits<'_>, info: &mut StreamInfo) -> Option<()> {
     Some(())
 }
 
-fn skip_scaling_list(bits: &mut Bits<'_>, size: usize) -> Option<()> {
+fn skip_scaling_list(bits: &mut BitReader<'_>, size: usize) -> Option<()> {
     let (mut last, mut next) = (8_i64, 8_i64);
     for _ in 0..size {
         if next != 0 {
@@ -172,7 +172,7 @@ fn skip_scaling_list(bits: &mut Bits<'_>, size: usize) -> Option<()> {
     Some(())
 }
 
-fn picture_order(bits: &mut Bits<'_>) -> Option<()> {
+fn picture_order(bits: &mut BitReader<'_>) -> Option<()> {
     bits.ue()?; // bits of frame_num
     match bits.ue()? {
         0 => {
@@ -191,7 +191,7 @@ fn picture_order(bits: &mut Bits<'_>) -> Option<()> {
     Some(())
 }
 
-fn usability_information(bits: &mut Bits<'_>, info: &mut StreamInfo) -> Option<()> {
+fn usability_information(bits: &mut BitReader<'_>, info: &mut StreamInfo) -> Option<()> {
     const EXTENDED_ASPECT: u32 = 255;
     if bits.flag()? && bits.take(8)? == EXTENDED_ASPECT {
         bits.take(32)?;
@@ -224,12 +224,12 @@ fn without_emulation_prevention(data: &[u8]) -> Vec<u8> {
     clean
 }
 
-struct Bits<'a> {
+struct BitReader<'a> {
     data: &'a [u8],
     at: usize,
 }
 
-impl Bits<'_> {
+impl BitReader<'_> {
     fn take(&mut self, count: usize) -> Option<u32> {
         let mut value = 0_u64;
         for _ in 0..count {

@@ -19,16 +19,16 @@ pub struct Helper {
     /// Its arguments.
     pub arguments: Vec<OsString>,
     /// How long it may be silent before it is stopped.
-    pub patience: Duration,
+    pub timeout: Duration,
 }
 
 impl Helper {
-    /// A program with the usual patience.
+    /// A program with the usual time limit.
     pub fn new(
         program: impl Into<PathBuf>,
         arguments: impl IntoIterator<Item = impl Into<OsString>>,
     ) -> Self {
         let arguments = arguments.into_iter().map(Into::into).collect();
-        Self { program: program.into(), arguments, patience: limits::HELPER_SILENCE }
+        Self { program: program.into(), arguments, timeout: limits::HELPER_SILENCE }
     }
 }

@@ -6,9 +6,9 @@ use std::path::Path;
 use image::metadata::Orientation;
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
 
-use crate::guard::{self, Panicked};
+use crate::guard::{self, DecoderPanic};
 use crate::image_parts::{self, PartsError};
-use crate::limits::{self, Limits, TooLarge};
+use crate::limits::{self, Limits, SizeLimitError};
 use crate::plain_file::{self, OpenError, PlainFile};
 use crate::tiff_pages::{self, Page};
 use crate::{Picture, Pixels, orientation};
@@ -36,10 +36,10 @@ pub enum LoadError {
     Cut,
     /// The decoder failed on the data.
     #[error("{0}")]
-    Panicked(#[from] Panicked),
+    Panicked(#[from] DecoderPanic),
     /// The image has more pixels than are accepted.
     #[error("{0}")]
-    TooLarge(#[from] TooLarge),
+    TooLarge(#[from] SizeLimitError),
     /// The image is one of several in its file.
     #[error("it holds {0} pictures; name the file itself, and each of them is a frame")]
     Several(usize),

@@ -3,7 +3,7 @@
 //!
 //! [`open`] returns a [`FrameSource`] for whatever the user names: a folder of images, a printf
 //! pattern, a glob, an MP4 or Y4M file, Y4M on standard input, or any other video through ffmpeg.
-//! [`Order`] selects the frames to use, and [`Ahead`] decodes them on a separate thread. A decoded
+//! [`Order`] selects the frames to use, and [`Prefetcher`] decodes them on a separate thread. A decoded
 //! frame is a [`Picture`]. [`Mp4Writer`] writes frames as a video, and [`image_file`] reads single
 //! images.
 //!
@@ -17,10 +17,8 @@
 //! which the system keeps to the file of its frames.
 //!
 //! This crate does not print, read the clock, end the process or handle Ctrl-C. A caller that can
-//! be interrupted passes a check to [`Ahead::next_unless`].
+//! be interrupted passes a check to [`Prefetcher::next_unless`].
 
-mod ahead;
-mod apart;
 mod child;
 pub mod colour;
 mod confine;
@@ -31,6 +29,7 @@ mod external_encoder;
 mod fake_ffmpeg;
 mod feed;
 mod ffmpeg;
+mod find;
 mod guard;
 mod h264;
 mod helper;
@@ -52,21 +51,20 @@ mod orientation;
 mod picture;
 pub mod plain_file;
 mod playlist;
+mod prefetch;
+mod sandbox;
 mod source;
 mod tiff_pages;
 mod webp_animation;
 mod y4m;
 
-pub use ahead::{Ahead, Next};
-#[cfg(target_os = "linux")]
-pub use apart::serve::serve;
 pub use child::stop_decoders;
 pub use error::{Container, Error, FrameFault, without_path};
 pub use feed::Feed;
-pub use guard::{Panicked, silence_decoders};
+pub use guard::{DecoderPanic, silence_decoders};
 pub use helper::Helper;
 pub use image_parts::PartsError;
-pub use limits::{Limits, MOST_FRAMES, TooLarge};
+pub use limits::{Limits, MOST_FRAMES, SizeLimitError};
 pub use mp4_writer::Mp4Writer;
 pub use note::Note;
 #[doc(hidden)]
@@ -74,6 +72,9 @@ pub use open::open_without_ffmpeg;
 pub use open::{files_of, open, open_within};
 pub use order::{Order, RangeError};
 pub use picture::{Picture, Pixels};
+pub use prefetch::{NextFrame, Prefetcher};
+#[cfg(target_os = "linux")]
+pub use sandbox::serve::serve;
 pub use source::{FrameRate, FrameSource};
 
 /// Y4M from any reader, as [`open`] reads standard input. Only for fuzzing, and no part of the

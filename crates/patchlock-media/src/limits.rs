@@ -26,10 +26,10 @@ impl Limits {
     pub const DEFAULT_PIXELS: usize = 36_000_000;
 
     /// Checks the size of a frame or image.
-    pub(crate) fn check(&self, width: usize, height: usize) -> Result<(), TooLarge> {
+    pub(crate) fn check(&self, width: usize, height: usize) -> Result<(), SizeLimitError> {
         let pixels = width.saturating_mul(height);
         if pixels > self.pixels {
-            return Err(TooLarge { width, height, pixels, limit: self.pixels });
+            return Err(SizeLimitError { width, height, pixels, limit: self.pixels });
         }
         Ok(())
     }
@@ -55,7 +55,7 @@ impl Default for Limits {
 /// A frame or image has more pixels than [`Limits::pixels`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
 #[error("{width} x {height} pixels are more than the {limit} that are accepted")]
-pub struct TooLarge {
+pub struct SizeLimitError {
     /// Width in pixels.
     pub width: usize,
     /// Height in pixels.
@@ -66,7 +66,7 @@ pub struct TooLarge {
     pub limit: usize,
 }
 
-impl TooLarge {
+impl SizeLimitError {
     /// Megabytes that a frame of this size takes at least, decoded and with what is computed from
     /// it.
     pub fn megabytes(&self) -> usize {

@@ -5,7 +5,7 @@ use shiguredo_mp4::boxes::ElstEntry;
 
 /// One frame as it is shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Shown {
+pub struct PresentedFrame {
     /// Number of the picture among the stored ones, counted in the order of their times.
     pub picture: usize,
     /// When it is shown, in ticks of the track.
@@ -21,10 +21,10 @@ pub fn shown(
     edits: &[ElstEntry],
     movie_timescale: u32,
     most: usize,
-) -> Result<Vec<Shown>, String> {
+) -> Result<Vec<PresentedFrame>, String> {
     if edits.is_empty() {
         let all = times.iter().enumerate();
-        return Ok(all.map(|(picture, &time)| Shown { picture, time }).collect());
+        return Ok(all.map(|(picture, &time)| PresentedFrame { picture, time }).collect());
     }
     let mut frames = Vec::new();
     let mut begin = 0_i64;
@@ -46,7 +46,7 @@ pub fn shown(
         }
         frames.extend((from..to).map(|picture| {
             let time = begin.saturating_add(times[picture].saturating_sub(edit.media_time));
-            Shown { picture, time }
+            PresentedFrame { picture, time }
         }));
         begin = begin.saturating_add(ticks);
     }

@@ -18,14 +18,14 @@ use shiguredo_mp4::boxes::{Avc1Box, SampleEntry};
 use crate::colour::{self, Colour, Matrix, Planes};
 use crate::ffmpeg::Program;
 use crate::h264::{self, StreamInfo};
-use crate::limits::{self, Limits, TooLarge};
-use crate::mp4_edits::Shown;
+use crate::limits::{self, Limits, SizeLimitError};
+use crate::mp4_edits::PresentedFrame;
 use crate::mp4_index::{self, Sample, Track};
 use crate::{
     Container, Error, FrameFault, FrameRate, FrameSource, Note, Picture, guard, orientation,
 };
 
-use by_ffmpeg::External;
+use by_ffmpeg::ExternalReader;
 use pictures::{EditList, Pictures, micros};
 
 pub use pictures::frame_times;
@@ -55,7 +55,7 @@ enum Fault {
     #[error("{0}")]
     Decoder(#[from] DecodeError),
     #[error("{0}")]
-    Panicked(#[from] guard::Panicked),
+    Panicked(#[from] guard::DecoderPanic),
     #[error("{0}")]
     File(#[from] io::Error),
     #[error("{0}")]
@@ -63,7 +63,7 @@ enum Fault {
     #[error("it holds {0}")]
     Kind(String),
     #[error("{0}")]
-    TooLarge(#[from] TooLarge),
+    TooLarge(#[from] SizeLimitError),
 }
 
 const DAMAGED: Fault = Fault::Data("the data are damaged");
@@ -100,11 +100,11 @@ pub struct Mp4 {
     limits: Limits,
     /// What may decode instead of the decoder.
     program: Option<Program>,
-    external: Option<External>,
+    external: Option<ExternalReader>,
     pictures: Pictures,
     /// The frames that the edit list shows. In all else, pictures count as they are stored, in the
     /// order of their times.
-    frames: Vec<Shown>,
+    frames: Vec<PresentedFrame>,
     /// Ticks per second of the times of frames.
     timescale: u32,
     orientation: Orientation,
@@ -298,9 +298,9 @@ impl Mp4 {
         let decoder = &mut self.decoder;
         match guard::decoding(|| decoder.decode(data)) {
             Ok(frame) => Ok(frame?),
-            Err(panicked) => {
+            Err(panic) => {
                 self.decoder = Decoder::new();
-                Err(panicked.into())
+                Err(panic.into())
             }
         }
     }
@@ -425,7 +425,9 @@ impl FrameSource for Mp4 {
     }
 
     fn frame(&mut self, index: usize) -> Result<Option<Picture>, Error> {
-        let Some(&Shown { picture, time }) = self.frames.get(index) else { return Ok(None) };
+        let Some(&PresentedFrame { picture, time }) = self.frames.get(index) else {
+            return Ok(None);
+        };
         let ticks = time.saturating_sub(self.frames[0].time);
         let seconds = ticks as f64 / f64::from(self.timescale);
         if let Some((data, info)) = self.by_ffmpeg(picture) {

@@ -17,14 +17,14 @@ pub enum Note {
         /// How often it was opened in vain before.
         failed: usize,
     },
-    /// The decoder of a video complains, and goes on.
+    /// The decoder of a video reports an error, and goes on.
     Damage {
         /// The video.
         name: String,
-        /// About which frame the first complaint is.
+        /// About which frame the first message is.
         frame: usize,
-        /// The first complaint.
-        complaint: String,
+        /// The first message.
+        message: String,
     },
     /// Frames at the beginning of a video cannot be decoded, and do not count.
     NoBeginning {
@@ -61,9 +61,9 @@ impl fmt::Display for Note {
             Self::Lost { reason } => write!(f, "the stream was lost: {reason}; it is opened again"),
             Self::Back { failed: 0 } => f.write_str("the stream is back"),
             Self::Back { failed } => write!(f, "the stream is back after {failed} failed attempts"),
-            Self::Damage { name, frame, complaint } => write!(
+            Self::Damage { name, frame, message } => write!(
                 f,
-                "ffmpeg found damage in {name}, near frame {frame}: {complaint}; all frames that it \
+                "ffmpeg found damage in {name}, near frame {frame}: {message}; all frames that it \
                  can decode are used"
             ),
             Self::NoBeginning { name, frames } => write!(

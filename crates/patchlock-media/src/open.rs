@@ -3,18 +3,10 @@
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
-use image::ImageFormat;
-
-use crate::image_sequence::{ImageSequence, Pattern};
+use crate::find::{OpenedSource, PanicGuard, find, images_of};
+use crate::image_sequence::ImageSequence;
 use crate::limits::Limits;
-use crate::mp4_reader::{self, Mp4};
-use crate::plain_file::{self, OpenError};
-use crate::playlist::{self, is_playlist};
-use crate::webp_animation::{self, WebpAnimation};
-use crate::{
-    Error, FrameFault, FrameRate, FrameSource, Note, Picture, apart, ffmpeg, guard, image_file,
-    image_parts, y4m,
-};
+use crate::{Error, FrameSource, ffmpeg, guard, sandbox};
 
 /// Opens a folder of images, a printf pattern, a glob, an image, a video file, or `-` for Y4M on
 /// standard input. With `reverse`, frames can be read from the last to the first.
@@ -60,8 +52,8 @@ fn guarded(
     open: impl FnOnce() -> Result<Box<dyn FrameSource>, Error>,
 ) -> Result<Box<dyn FrameSource>, Error> {
     let shown = name.display().to_string();
-    let source = guard::decoding(open).map_err(|panicked| Error::unreadable(&shown, panicked))?;
-    Ok(Box::new(Guarded { source: source?, name: shown }))
+    let source = guard::decoding(open).map_err(|panic| Error::unreadable(&shown, panic))?;
+    Ok(Box::new(PanicGuard { source: source?, name: shown }))
 }
 
 /// The files that [`open`] would read for this name: none for standard input, and for what cannot
@@ -78,188 +70,25 @@ pub fn files_of(name: impl AsRef<OsStr>) -> Vec<PathBuf> {
     images.and_then(Result::ok).map(ImageSequence::into_files).unwrap_or_default()
 }
 
-/// The images that match a pattern or a glob; `None` if the name is neither.
-fn images_of(name: &OsStr) -> Option<Result<ImageSequence, Error>> {
-    if let Some(pattern) = Pattern::parse(Path::new(name)) {
-        return Some(ImageSequence::pattern(&name.display().to_string(), &pattern));
-    }
-    let glob = name.to_str().filter(|name| name.contains(['*', '?', '[']))?;
-    Some(ImageSequence::glob(glob))
-}
-
-/// A source whose decoder may panic.
-struct Guarded {
-    source: Box<dyn FrameSource>,
-    name: String,
-}
-
-impl FrameSource for Guarded {
-    fn length(&self) -> Option<usize> {
-        self.source.length()
-    }
-
-    fn rate(&self) -> Option<FrameRate> {
-        self.source.rate()
-    }
-
-    fn has_sound(&self) -> bool {
-        self.source.has_sound()
-    }
-
-    fn notes(&mut self) -> Vec<Note> {
-        self.source.notes()
-    }
-
-    fn count(&mut self) -> Result<usize, Error> {
-        guard::decoding(|| self.source.count()).unwrap_or_else(|panicked| {
-            let reason = format!("its frames cannot be counted: {panicked}");
-            Err(Error::unreadable(&self.name, reason))
-        })
-    }
-
-    fn announce(&mut self, first: usize, span: usize) {
-        self.source.announce(first, span);
-    }
-
-    fn frame(&mut self, index: usize) -> Result<Option<Picture>, Error> {
-        guard::decoding(|| self.source.frame(index)).unwrap_or_else(|panicked| {
-            let (name, fault) = (self.name.clone(), FrameFault::Unreadable);
-            Err(Error::Frame { index, name, fault, reason: panicked.to_string() })
-        })
-    }
-}
-
 fn open_unguarded(
     name: &OsStr,
     reverse: bool,
     limits: Limits,
     program: Option<ffmpeg::Program>,
 ) -> Result<Box<dyn FrameSource>, Error> {
-    let found = match apart::find(name, reverse, limits) {
+    let found = match sandbox::find(name, reverse, limits) {
         Some(found) => found?,
         None => find(name, reverse, limits, program.clone())?,
     };
     let path = Path::new(name);
     match (found, program) {
-        (Found::Source(source), _) => Ok(source),
-        (Found::ForFfmpeg { reason, times }, Some(program)) => {
+        (OpenedSource::Source(source), _) => Ok(source),
+        (OpenedSource::ForFfmpeg { reason, times }, Some(program)) => {
             ffmpeg::open(path, &reason, reverse, limits, times, program)
         }
-        (Found::ForFfmpeg { reason, .. }, None) => {
+        (OpenedSource::ForFfmpeg { reason, .. }, None) => {
             let reason = format!("it {reason}, which ffmpeg would read");
             Err(Error::unreadable(path.display(), reason))
         }
-    }
-}
-
-/// What a name leads to.
-pub enum Found {
-    /// A source that this crate reads.
-    Source(Box<dyn FrameSource>),
-    /// A file for ffmpeg.
-    ForFfmpeg {
-        /// Why it is needed, with the file as the subject.
-        reason: String,
-        /// When each frame is shown, in millionths of a second, if the file tells.
-        times: Option<Vec<i64>>,
-    },
-}
-
-impl Found {
-    fn source(source: impl FrameSource + 'static) -> Self {
-        Self::Source(Box::new(source))
-    }
-}
-
-/// Opens what this crate reads. Announced frames of it may be decoded by `program`.
-fn find(
-    name: &OsStr,
-    reverse: bool,
-    limits: Limits,
-    program: Option<ffmpeg::Program>,
-) -> Result<Found, Error> {
-    if name == "-" {
-        let input = std::io::stdin();
-        let stream = y4m::open_stream(input, "standard input", reverse, limits);
-        return stream.map(Found::Source);
-    }
-    let path = Path::new(name);
-    // An existing file or folder takes precedence over a pattern or glob of the same name.
-    if path.is_dir() {
-        return Ok(Found::source(ImageSequence::folder(path)?.within(limits)));
-    }
-    if path.exists() {
-        return find_file(path, reverse, limits, program);
-    }
-    match images_of(name) {
-        Some(images) => Ok(Found::source(images?.within(limits))),
-        None => Err(Error::Missing { name: name.display().to_string() }),
-    }
-}
-
-/// The same with decoders that may panic.
-#[cfg(target_os = "linux")]
-pub fn find_guarded(
-    name: &OsStr,
-    reverse: bool,
-    limits: Limits,
-    program: ffmpeg::Program,
-) -> Result<Found, Error> {
-    let shown = name.display().to_string();
-    let found = guard::decoding(|| find(name, reverse, limits, Some(program)));
-    match found.map_err(|panicked| Error::unreadable(&shown, panicked))?? {
-        Found::Source(source) => Ok(Found::source(Guarded { source, name: shown })),
-        found => Ok(found),
-    }
-}
-
-/// Bytes of a PNG in which an animation says that it is one.
-const PNG_HEAD: u64 = 1 << 16;
-
-fn find_file(
-    path: &Path,
-    reverse: bool,
-    limits: Limits,
-    program: Option<ffmpeg::Program>,
-) -> Result<Found, Error> {
-    let others = |reason: &str, times| {
-        let reason = reason.to_string();
-        Ok(Found::ForFfmpeg { reason, times })
-    };
-    let cannot = |error: &dyn std::fmt::Display| Error::unreadable(path.display(), error);
-    let mut plain = plain_file::open(path).map_err(|error| match error {
-        OpenError::Endless => Error::Endless { path: path.to_path_buf() },
-        OpenError::File(error) => cannot(&error),
-    })?;
-    let head = plain.read(playlist::HEAD as u64).map_err(|error| cannot(&error))?;
-    if head.is_empty() {
-        return Err(cannot(&"the file is empty"));
-    }
-    if head.starts_with(y4m::MAGIC) {
-        return Ok(Found::source(y4m::Y4mFile::open(path, limits)?));
-    }
-    if webp_animation::is_animated(&head) {
-        return Ok(Found::source(WebpAnimation::open(path, limits)?));
-    }
-    if image_file::is_image(path) {
-        let more = plain.read(PNG_HEAD).map_err(|error| cannot(&error))?;
-        if image_parts::pictures(&[head, more].concat(), Some(ImageFormat::Png)) > 1 {
-            return others("is an animated PNG", None);
-        }
-        return Ok(Found::source(ImageSequence::single(path)?.within(limits)));
-    }
-    if is_playlist(&head) {
-        return Err(Error::Playlist { path: path.to_path_buf() });
-    }
-    if !mp4_reader::looks_like_mp4(&head) {
-        return others("is not an image, MP4 or Y4M file", None);
-    }
-    match Mp4::open(path, reverse, limits, program) {
-        Ok(video) => Ok(Found::source(video)),
-        Err(mp4_reader::OpenError::Codec(codec)) => {
-            let times = mp4_reader::frame_times(path);
-            others(&format!("holds {codec}"), times)
-        }
-        Err(mp4_reader::OpenError::Broken(error)) => Err(error),
     }
 }

@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 use patchlock_media::{Error, FrameSource, Limits, image_file, open, open_within};
 use peak_alloc::PeakAlloc;
 use support::bits::ue;
-use support::images::{Place, Tiff, chunk, jpeg, jpeg_that_claims, webp_canvas, webp_picture};
+use support::images::{Tiff, TiffLayout, chunk, jpeg, jpeg_that_claims, webp_canvas, webp_picture};
 use support::{boxed, change, parameter_set, put, small_mp4, with_parameter_set};
 
 const TABLES: &str = "moov/trak/mdia/minf/stbl";
@@ -201,7 +201,7 @@ fn headers_of_images_and_y4m_are_not_believed() {
 
 /// A TIFF of one pixel, or of one column, with these strips, each of one row, in `data`.
 fn jpeg_tiff(size: (u32, u32), data: &[u8], parts: &[(u32, u32)]) -> Vec<u8> {
-    Tiff { size, compression: 7, place: Place::Strip(1), data, parts }.bytes()
+    Tiff { size, compression: 7, place: TiffLayout::Strip(1), data, parts }.bytes()
 }
 
 #[test]
@@ -215,7 +215,7 @@ fn a_picture_within_a_tiff_is_not_larger_than_its_place() {
     let tile = Tiff {
         size: (9, 9),
         compression: 7,
-        place: Place::Tile(16, 16),
+        place: TiffLayout::Tile(16, 16),
         data: &huge,
         parts: &whole,
     };
@@ -235,7 +235,7 @@ fn a_picture_within_a_tiff_is_not_larger_than_its_place() {
 fn tiles_are_not_far_larger_than_their_image() {
     let _alone = alone();
     let tiff = |side: u32, data: &[u8]| {
-        let (place, parts) = (Place::Tile(side, 16), &[(0, data.len() as u32)][..]);
+        let (place, parts) = (TiffLayout::Tile(side, 16), &[(0, data.len() as u32)][..]);
         Tiff { size: (16, 16), compression: 1, place, data, parts }.bytes()
     };
     let error = refused(&tiff(1 << 30, &[0; 999]), "tiff");

@@ -8,16 +8,16 @@ use std::time::Duration;
 
 use patchlock::{BoundingBox, TrackerConfig};
 use patchlock_bench::Error;
-use patchlock_bench::bench::job::{self, BenchJobs, Frames, Job, Watched, Watcher};
-use patchlock_bench::bench::plan::{Entrant, MOST_SECONDS, MOST_SEEDS, Options};
+use patchlock_bench::bench::job::{self, BenchJobs, FrameObserver, Frames, Job, ObservedFrame};
+use patchlock_bench::bench::plan::{MOST_SECONDS, MOST_SEEDS, Options, TrackerSpec};
 use patchlock_bench::bench::schemes::{Scheme, Start};
-use patchlock_bench::bench::store::{self, Clip, Identity, Series, Written};
-use patchlock_cli::output::behind::Behind;
+use patchlock_bench::bench::store::{self, Clip, Identity, RunFiles, Series};
+use patchlock_cli::output::background_sink::BackgroundSink;
+use patchlock_cli::output::partial_files;
 use patchlock_cli::output::pending::PendingFile;
-use patchlock_cli::output::unfinished;
 use patchlock_cli::output::video::{QUALITY, Video, played_by};
 use patchlock_cli::output::view::{Style, View};
-use patchlock_cli::output::{Seen, Sink, Tracked};
+use patchlock_cli::output::{Sink, TargetResult, TrackedFrame};
 use patchlock_media::FrameRate;
 use patchlock_track::{ModelPaths, text};
 use pyo3::exceptions::PyValueError;
@@ -119,7 +119,7 @@ impl Store {
             patience: Duration::ZERO,
             paths: self.paths.clone(),
         };
-        message(&Message { job, extra: Extra { video } })
+        message(&Message { job, extra: RunOutputs { video } })
     }
 
     /// Whether the complete run is already stored, with its video, if there is to be one.
@@ -133,7 +133,7 @@ impl Store {
 
     /// Stores the two files of a run.
     fn keep(&self, py: Python<'_>, job: &str, boxes: String, manifest: String) -> PyResult<()> {
-        let written = Written { boxes, manifest };
+        let written = RunFiles { boxes, manifest };
         py.detach(|| self.store.keep(&read(job)?.job.run(), &written).map_err(errors::of_bench))
     }
 }
@@ -144,12 +144,12 @@ struct Message {
     #[serde(flatten)]
     job: Job,
     #[serde(flatten)]
-    extra: Extra,
+    extra: RunOutputs,
 }
 
 /// What is in the message beside the run.
 #[derive(Default, Serialize, Deserialize)]
-struct Extra {
+struct RunOutputs {
     /// The video to draw.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     video: Option<PathBuf>,
@@ -172,7 +172,7 @@ fn read(job: &str) -> PyResult<Message> {
 /// Removes the parts of files that this process writes. It must end after this.
 #[pyfunction]
 pub fn abandon_files() {
-    unfinished::abandon();
+    partial_files::clean_up();
 }
 
 /// Performs a run; returns its boxes as text and its manifest. Its video is then complete.
@@ -180,11 +180,11 @@ pub fn abandon_files() {
 pub fn track_job(py: Python<'_>, job: &str) -> PyResult<(String, String)> {
     let written = py.detach(|| {
         let Message { job, extra } = read(job)?;
-        let mut drawing =
-            extra.video.map(|file| Drawing { stride: stride(&job), file, sink: None });
-        let watcher = drawing.as_mut().map(|drawing| drawing as &mut dyn Watcher);
-        let written = job.track_before(watcher).map_err(errors::of_bench)?;
-        drawing.map_or(Ok(()), Drawing::finish).map_err(errors::of_bench)?;
+        let mut run_video =
+            extra.video.map(|file| RunVideo { stride: stride(&job), file, sink: None });
+        let observer = run_video.as_mut().map(|run_video| run_video as &mut dyn FrameObserver);
+        let written = job.track_before(observer).map_err(errors::of_bench)?;
+        run_video.map_or(Ok(()), RunVideo::finish).map_err(errors::of_bench)?;
         Ok::<_, PyErr>(written)
     })?;
     Ok((written.boxes, written.manifest))
@@ -198,14 +198,14 @@ fn stride(job: &Job) -> usize {
 }
 
 /// The video of a run.
-struct Drawing {
+struct RunVideo {
     file: PathBuf,
     stride: usize,
     /// `None` before the first frame.
-    sink: Option<Box<Behind>>,
+    sink: Option<Box<BackgroundSink>>,
 }
 
-impl Drawing {
+impl RunVideo {
     fn error(&self, reason: &impl ToString) -> Error {
         let (file, reason) = (self.file.display(), reason.to_string());
         // What writes a file names it; what makes a folder does not.
@@ -219,7 +219,7 @@ impl Drawing {
     }
 }
 
-impl Watcher for Drawing {
+impl FrameObserver for RunVideo {
     fn begin(&mut self, rate: Option<FrameRate>, expected: Option<usize>) -> Result<(), Error> {
         let folder = self.file.parent().unwrap_or(Path::new("."));
         fs::create_dir_all(folder).map_err(|error| self.error(&error))?;
@@ -227,22 +227,22 @@ impl Watcher for Drawing {
         let pending = pending.map_err(|error| self.error(&error))?;
         let (rate, view) = (played_by(rate, self.stride), View::new(Style::default()));
         let video = Video::new(pending, rate, view, QUALITY, expected);
-        self.sink = Some(Box::new(Behind::new(video)));
+        self.sink = Some(Box::new(BackgroundSink::new(video)));
         Ok(())
     }
 
-    fn see(&mut self, seen: Watched<'_>) -> Result<(), Error> {
-        let Watched { frame, picture, bbox, estimate, seconds } = seen;
-        let targets = [Seen { id: None, name: None, bbox, estimate: estimate.clone() }];
+    fn observe(&mut self, observed: ObservedFrame<'_>) -> Result<(), Error> {
+        let ObservedFrame { frame, picture, bbox, estimate, seconds } = observed;
+        let targets = [TargetResult { id: None, name: None, bbox, estimate: estimate.clone() }];
         let picture = &Arc::new(picture);
-        let tracked = Tracked { frame, ms: seconds * 1e3, targets: &targets, picture };
+        let tracked = TrackedFrame { frame, ms: seconds * 1e3, targets: &targets, picture };
         let written = self.sink.as_mut().map_or(Ok(()), |sink| sink.write(&tracked));
         written.map_err(|error| self.error(&error))
     }
 }
 
 /// Target, run, and either the job's message or the error message of each run.
-type Named = Vec<(String, String, String)>;
+type RunMessages = Vec<(String, String, String)>;
 
 /// Plans a benchmark.
 ///
@@ -271,19 +271,19 @@ pub fn bench_jobs(
     attributes: Vec<String>,
     threads: usize,
     side_by_side: usize,
-) -> PyResult<(Store, Named, usize, Named)> {
+) -> PyResult<(Store, RunMessages, usize, RunMessages)> {
     let paths = ModelPaths { model, runtime: network::library(py, runtime.as_ref())? };
     let options = Options {
         dataset,
         out,
-        entrant: match command {
+        tracker: match command {
             Some(_) if file.is_some() || paths != ModelPaths::default() => {
                 return Err(PyValueError::new_err(
                     "file, model and runtime are for Patchlock: they can't be combined with command",
                 ));
             }
             Some(command) => program(command, timeout, name)?,
-            None => Entrant::Patchlock { preset, config: file, paths, name },
+            None => TrackerSpec::Patchlock { preset, config: file, paths, name },
         },
         scheme: protocol.parse().map_err(PyValueError::new_err)?,
         seeds: in_range("seeds", seeds, MOST_SEEDS)?,
@@ -295,7 +295,7 @@ pub fn bench_jobs(
     let BenchJobs { jobs, store, before, failures } = found.map_err(errors::of_bench)?;
     let named = |job: Job| {
         let (target, label) = (job.target.clone(), job.label());
-        Ok((target, label, message(&Message { job, extra: Extra::default() })?))
+        Ok((target, label, message(&Message { job, extra: RunOutputs::default() })?))
     };
     let jobs = jobs.into_iter().map(named).collect::<PyResult<_>>()?;
     let failures = failures.into_iter().map(|f| (f.target, f.run, f.error.to_string())).collect();
@@ -305,14 +305,14 @@ pub fn bench_jobs(
 }
 
 /// Another program, which must have a name.
-fn program(command: String, timeout: i64, name: Option<String>) -> PyResult<Entrant> {
+fn program(command: String, timeout: i64, name: Option<String>) -> PyResult<TrackerSpec> {
     let Some(name) = name else {
         return Err(PyValueError::new_err(
             "command needs a name for its results, but name is None",
         ));
     };
     let patience = Duration::from_secs(in_range("timeout", timeout, MOST_SECONDS)?);
-    Ok(Entrant::Program { command, name, patience })
+    Ok(TrackerSpec::Program { command, name, patience })
 }
 
 /// Checks that a whole number is in 1 to `most`.
@@ -322,13 +322,13 @@ fn in_range(name: &str, value: i64, most: u64) -> PyResult<u64> {
 }
 
 /// x, y, w, h.
-type Sides = (f64, f64, f64, f64);
+type BoxTuple = (f64, f64, f64, f64);
 
 /// Reads the boxes of a truth file; `None` for a frame without a box.
 ///
 /// The file counts pixels from 1; the boxes returned count from 0.
 #[pyfunction]
-pub fn read_truth(path: PathBuf) -> PyResult<Vec<Option<Sides>>> {
+pub fn read_truth(path: PathBuf) -> PyResult<Vec<Option<BoxTuple>>> {
     let rows = text::read(&path).map_err(errors::of_track)?.rows;
     let region = |(k, row): (usize, &Vec<f64>)| {
         let bbox = text::region(row, ORIGIN).map_err(|reason| {

@@ -14,10 +14,11 @@ use crate::errors;
 use crate::network::{Model, Network, RuntimeName, check_use};
 
 /// The settings that a [`Config`] and its groups share.
-type Shared = Arc<Mutex<TrackerConfig>>;
+type SharedConfig = Arc<Mutex<TrackerConfig>>;
 
 /// What `__reduce__` returns: a function and the arguments from which it makes equal settings.
-type Reduced<'py> = (Bound<'py, PyAny>, (&'static str, Bound<'py, PyDict>, Option<Py<Network>>));
+type ReduceValue<'py> =
+    (Bound<'py, PyAny>, (&'static str, Bound<'py, PyDict>, Option<Py<Network>>));
 
 /// The group of the patch model, in those of the methods that have one.
 const PATCHES: &str = "patches";
@@ -59,7 +60,7 @@ const MODEL: &str = "model";
 ///     ImportError: `runtime` is `"onnxruntime"`, which is not installed.
 #[pyclass(frozen, module = "patchlock")]
 pub struct Config {
-    shared: Shared,
+    shared: SharedConfig,
     /// The network of the settings.
     model: Option<Py<Network>>,
 }
@@ -67,7 +68,7 @@ pub struct Config {
 /// A group of settings: a view of its [`Config`].
 #[pyclass(frozen, subclass, module = "patchlock")]
 pub struct Group {
-    shared: Shared,
+    shared: SharedConfig,
     name: &'static str,
 }
 
@@ -234,7 +235,7 @@ impl Config {
         format!("<Config '{preset}'{changes}{model}>")
     }
 
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<ReduceValue<'py>> {
         let restore = py.import("patchlock._patchlock")?.getattr("_restore_config")?;
         let (preset, changes) = basis(&lock(&self.shared));
         let dict = PyDict::new(py);
@@ -401,7 +402,7 @@ pub fn basis(config: &TrackerConfig) -> (Preset, Vec<(&'static Parameter, Value)
     all.min_by_key(|(_, changes)| changes.len()).unwrap_or_default()
 }
 
-fn lock(shared: &Shared) -> MutexGuard<'_, TrackerConfig> {
+fn lock(shared: &SharedConfig) -> MutexGuard<'_, TrackerConfig> {
     shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -429,7 +430,7 @@ fn names(config: &TrackerConfig, group: &str) -> Vec<&'static str> {
 
 fn get<'py>(
     py: Python<'py>,
-    shared: &Shared,
+    shared: &SharedConfig,
     group: &'static str,
     name: &str,
 ) -> PyResult<Bound<'py, PyAny>> {
@@ -445,7 +446,12 @@ fn get<'py>(
     to_python(py, value.map_err(|error| PyAttributeError::new_err(error.to_string()))?)
 }
 
-fn set(shared: &Shared, group: &'static str, name: &str, value: &Bound<'_, PyAny>) -> PyResult<()> {
+fn set(
+    shared: &SharedConfig,
+    group: &'static str,
+    name: &str,
+    value: &Bound<'_, PyAny>,
+) -> PyResult<()> {
     let mut config = lock(shared);
     if groups(group).contains(&name) {
         let message = format!("{name} is a group of settings; change them one by one");
@@ -516,7 +522,11 @@ fn shown(value: &Bound<'_, PyAny>) -> String {
 }
 
 /// A group of a configuration, as an object of its class.
-fn view<'py>(py: Python<'py>, shared: &Shared, name: &'static str) -> PyResult<Bound<'py, PyAny>> {
+fn view<'py>(
+    py: Python<'py>,
+    shared: &SharedConfig,
+    name: &'static str,
+) -> PyResult<Bound<'py, PyAny>> {
     let group = PyClassInitializer::from(Group { shared: Arc::clone(shared), name });
     Ok(match name {
         "robust" => Bound::new(py, group.add_subclass(RobustConfig))?.into_any(),

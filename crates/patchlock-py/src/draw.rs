@@ -2,7 +2,7 @@
 
 use numpy::{IntoPyArray, PyArray3, ndarray::Array3};
 use patchlock::{Estimate, Status};
-use patchlock_cli::output::Seen;
+use patchlock_cli::output::TargetResult;
 use patchlock_cli::output::draw::{annotate_on, colour, score_label};
 use patchlock_drawing::canvas::Canvas;
 use patchlock_drawing::tag;
@@ -23,9 +23,10 @@ pub fn on_frame<'py>(
     let mut canvas = Canvas::from_rgb(width, height, &pixels.to_rgb()?).ok_or_else(|| {
         PyValueError::new_err(format!("a frame of {width}x{height} pixels is too large to draw on"))
     })?;
-    let seen = Seen { id: None, name: None, bbox: estimate.bbox, estimate: estimate.clone() };
+    let target =
+        TargetResult { id: None, name: None, bbox: estimate.bbox, estimate: estimate.clone() };
     py.detach(|| {
-        annotate_on(&mut canvas, 0, &[seen], None);
+        annotate_on(&mut canvas, 0, &[target], None);
         if estimate.status != Status::Lost {
             tag(&mut canvas, estimate.bbox, &score_label(estimate), colour(estimate));
         }

@@ -102,14 +102,14 @@ pub struct State<T> {
 }
 
 /// What a call has found, with the number of the frame and the milliseconds that it took.
-pub struct Found<R> {
+pub struct CallResult<R> {
     pub result: R,
     pub frame: u64,
     pub ms: f64,
 }
 
 /// What pickle needs: the state as MessagePack, and the arguments of `restored`.
-pub type Saved<'py> = (Bound<'py, PyBytes>, Option<usize>, &'static str, u64, Model);
+pub type PickleState<'py> = (Bound<'py, PyBytes>, Option<usize>, &'static str, u64, Model);
 
 impl<T: Engine> Driver<T> {
     /// A driver of the tracker that `make` makes of settings without a frame.
@@ -161,13 +161,13 @@ impl<T: Engine> Driver<T> {
         py: Python<'_>,
         frame: &Bound<'_, PyAny>,
         step: impl FnOnce(&mut State<T>, &Frame<'_>) -> Result<R, Error> + Send,
-    ) -> PyResult<Found<R>> {
+    ) -> PyResult<CallResult<R>> {
         let pixels = Pixels::of(frame, self.channels)?;
         let (frame, pool) = (pixels.frame()?, self.threads.pool()?);
         let found = self.with(py, |state| {
             let (result, seconds) = timed_on(&pool, || step(state, &frame))?;
             state.ms = seconds * 1e3;
-            Ok(Found { result, frame: state.frame, ms: state.ms })
+            Ok(CallResult { result, frame: state.frame, ms: state.ms })
         });
         found.map_err(to_python)
     }
@@ -196,7 +196,7 @@ impl<T: Engine> Driver<T> {
     }
 
     /// The state as MessagePack, and what else a driver needs to continue.
-    pub fn saved<'py>(&self, py: Python<'py>) -> PyResult<Saved<'py>> {
+    pub fn saved<'py>(&self, py: Python<'py>) -> PyResult<PickleState<'py>> {
         let saved = |state: &mut State<T>| {
             (rmp_serde::to_vec_named(&state.tracker.snapshot()), state.frame)
         };

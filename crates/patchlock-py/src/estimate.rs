@@ -8,14 +8,14 @@ use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyType};
 
 use crate::draw;
-use crate::driver::Found;
+use crate::driver::CallResult;
 use crate::pixels::Channels;
 
 /// The maps of visible patches, large and small.
 type Maps<'py> = (Bound<'py, PyArray2<bool>>, Bound<'py, PyArray2<bool>>);
 
 /// What `__reduce__` returns: the class and the arguments that make an equal value.
-type Reduced<'py> = (
+type ReduceValue<'py> = (
     Bound<'py, PyType>,
     (Bound<'py, PyAny>, Vec<[f64; 2]>, f64, &'static str, Option<Maps<'py>>, u64, f64),
 );
@@ -54,8 +54,8 @@ impl Estimate {
     }
 }
 
-impl From<Found<patchlock::Estimate>> for Estimate {
-    fn from(found: Found<patchlock::Estimate>) -> Self {
+impl From<CallResult<patchlock::Estimate>> for Estimate {
+    fn from(found: CallResult<patchlock::Estimate>) -> Self {
         Self::from_rust(found.result, found.frame, found.ms)
     }
 }
@@ -213,7 +213,7 @@ impl Estimate {
         )
     }
 
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<ReduceValue<'py>> {
         let corners = self.inner.corners.to_vec();
         let maps = self.maps(py)?;
         let (score, status) = (self.inner.score, self.inner.status.name());

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use patchlock::BoundingBox;
 use patchlock_track::export::{
-    Entry, Format, KeyFrames, Options, Selection, Track, Written, write,
+    Entry, ExportSummary, Format, KeyFrames, Options, Selection, Track, write,
 };
 use pyo3::exceptions::{PyOSError, PyUserWarning, PyValueError};
 use pyo3::prelude::*;
@@ -46,7 +46,12 @@ pub fn choice(
 
 /// Warns of boxes that are left out although the caller has not chosen the statuses. The caller is
 /// so many frames of Python up.
-pub fn warn(py: Python<'_>, selection: &Selection, written: &Written, level: i32) -> PyResult<()> {
+pub fn warn(
+    py: Python<'_>,
+    selection: &Selection,
+    written: &ExportSummary,
+    level: i32,
+) -> PyResult<()> {
     let by_status: usize = written.boxes.left_by_status.iter().sum();
     if selection.status.is_some() || by_status == 0 {
         return Ok(());
@@ -111,7 +116,7 @@ pub fn export(
 
 fn entry((frame, id, [x, y, w, h], score, corners, status): Row) -> PyResult<Entry> {
     let (bbox, status) = (Some(BoundingBox { x, y, w, h }), Some(to_status(&status)?));
-    Ok(Entry { frame, id, bbox, score: Some(score), corners: Some(corners), status, said: None })
+    Ok(Entry { frame, id, bbox, score: Some(score), corners: Some(corners), status, manual: None })
 }
 
 /// File system errors become `OSError`, all others `ValueError`.

@@ -2,12 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use patchlock::{FrameView, TargetId, Tracked};
+use patchlock::{FrameView, TargetEstimate, TargetId};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyType};
 
 use crate::config::{ARGUMENTS, Choice, Config, chosen};
-use crate::driver::{Driver, Found, Saved, to_python};
+use crate::driver::{CallResult, Driver, PickleState, to_python};
 use crate::estimate::{Estimate, to_box};
 use crate::network::{Model, Network, RuntimeName};
 use crate::observation::Views;
@@ -45,7 +45,7 @@ pub struct MultiTracker {
 }
 
 /// Estimates by id, and observations by id.
-type Observed<'py> = (Bound<'py, PyDict>, Bound<'py, PyDict>);
+type ObservedEstimates<'py> = (Bound<'py, PyDict>, Bound<'py, PyDict>);
 
 #[pymethods]
 impl MultiTracker {
@@ -90,7 +90,7 @@ impl MultiTracker {
         let found = self
             .driver
             .step(py, frame, |state, frame| Ok(state.tracker.add(frame, bbox)?.clone()))?;
-        let Found { result: Tracked { id, estimate }, frame, ms } = found;
+        let CallResult { result: TargetEstimate { id, estimate }, frame, ms } = found;
         Ok((id.number(), Estimate::from_rust(estimate, frame, ms)))
     }
 
@@ -164,22 +164,22 @@ impl MultiTracker {
         &self,
         py: Python<'py>,
         frame: &Bound<'py, PyAny>,
-    ) -> PyResult<Observed<'py>> {
+    ) -> PyResult<ObservedEstimates<'py>> {
         let found = self.driver.step(py, frame, |state, frame| {
-            let mut seen = BTreeMap::<u64, Views>::new();
+            let mut views = BTreeMap::<u64, Views>::new();
             let mut observer = |id: TargetId, view: &FrameView<'_>| {
-                seen.entry(id.number()).or_default().add(view);
+                views.entry(id.number()).or_default().add(view);
             };
             let tracked = state.tracker.update_observed(frame, &mut observer)?.to_vec();
             state.frame += 1;
-            Ok((tracked, seen))
+            Ok((tracked, views))
         })?;
-        let Found { result: (result, seen), frame, ms } = found;
+        let CallResult { result: (result, views), frame, ms } = found;
         let observations = PyDict::new(py);
-        for (id, seen) in seen {
-            observations.set_item(id, seen.seen(py)?)?;
+        for (id, views) in views {
+            observations.set_item(id, views.observation(py)?)?;
         }
-        Ok((by_id(py, Found { result, frame, ms })?, observations))
+        Ok((by_id(py, CallResult { result, frame, ms })?, observations))
     }
 
     /// The ids of the targets, in the order in which they were added.
@@ -249,7 +249,7 @@ impl MultiTracker {
         restore_many(snapshot, threads, channels, frame, model)
     }
 
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Saved<'py>)> {
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, PickleState<'py>)> {
         let restore = py.import("patchlock._patchlock")?.getattr("_restore_many")?;
         Ok((restore, self.driver.saved(py)?))
     }
@@ -265,10 +265,10 @@ impl MultiTracker {
 }
 
 /// The estimates by id.
-fn by_id(py: Python<'_>, found: Found<Vec<Tracked>>) -> PyResult<Bound<'_, PyDict>> {
-    let Found { result, frame, ms } = found;
+fn by_id(py: Python<'_>, found: CallResult<Vec<TargetEstimate>>) -> PyResult<Bound<'_, PyDict>> {
+    let CallResult { result, frame, ms } = found;
     let dict = PyDict::new(py);
-    for Tracked { id, estimate } in result {
+    for TargetEstimate { id, estimate } in result {
         dict.set_item(id.number(), Estimate::from_rust(estimate, frame, ms))?;
     }
     Ok(dict)

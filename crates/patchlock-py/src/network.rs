@@ -13,7 +13,7 @@ use crate::errors;
 use crate::fork::detached;
 
 /// What `__reduce__` returns: a function and the arguments that load the same network again.
-type Reduced<'py> = (Bound<'py, PyAny>, (Vec<PathBuf>, Option<PathBuf>, String));
+type ReduceValue<'py> = (Bound<'py, PyAny>, (Vec<PathBuf>, Option<PathBuf>, String));
 
 /// A small tracking network from ONNX files, which the preset `network` follows with.
 ///
@@ -129,7 +129,7 @@ impl Network {
         format!("<Network '{}' {hash}, runtime {}>", self.name(), self.runtime())
     }
 
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<ReduceValue<'py>> {
         if self.paths.is_empty() {
             return Err(PyTypeError::new_err(
                 "a network that was made from bytes can't be pickled; make it from its files",

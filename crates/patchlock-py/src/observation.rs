@@ -64,7 +64,7 @@ pub struct CommitteeObservation {
 
 /// The observation of any tracker.
 #[derive(IntoPyObject)]
-pub enum Seen {
+pub enum Observation {
     Paper(PaperObservation),
     Robust(RobustObservation),
     Network(NetworkObservation),
@@ -74,7 +74,7 @@ pub enum Seen {
 /// What a tracker showed of a frame: a committee shows each member before itself.
 #[derive(Default)]
 pub struct Views {
-    seen: Vec<Seen>,
+    observations: Vec<Observation>,
     committee: Option<(Vec<MemberView>, bool)>,
 }
 
@@ -82,9 +82,15 @@ impl Views {
     /// Keeps a copy of what is shown.
     pub fn add(&mut self, view: &FrameView<'_>) {
         match view {
-            FrameView::Paper(view) => self.seen.push(Seen::Paper(PaperObservation::of(view))),
-            FrameView::Robust(view) => self.seen.push(Seen::Robust(RobustObservation::of(view))),
-            FrameView::Network(view) => self.seen.push(Seen::Network(NetworkObservation::of(view))),
+            FrameView::Paper(view) => {
+                self.observations.push(Observation::Paper(PaperObservation::of(view)))
+            }
+            FrameView::Robust(view) => {
+                self.observations.push(Observation::Robust(RobustObservation::of(view)))
+            }
+            FrameView::Network(view) => {
+                self.observations.push(Observation::Network(NetworkObservation::of(view)))
+            }
             FrameView::Committee(CommitteeView { members, agrees, .. }) => {
                 self.committee = Some((members.to_vec(), *agrees));
             }
@@ -93,18 +99,18 @@ impl Views {
     }
 
     /// The observation of the tracker.
-    pub fn seen(self, py: Python<'_>) -> PyResult<Seen> {
+    pub fn observation(self, py: Python<'_>) -> PyResult<Observation> {
         let Some((members, agrees)) = self.committee else {
-            let first = self.seen.into_iter().next();
+            let first = self.observations.into_iter().next();
             return first
                 .ok_or_else(|| PyValueError::new_err("the tracker has nothing to observe"));
         };
         let members = members
             .into_iter()
-            .zip(self.seen)
-            .map(|(member, seen)| Ok((member, seen.into_pyobject(py)?.unbind())));
+            .zip(self.observations)
+            .map(|(member, observation)| Ok((member, observation.into_pyobject(py)?.unbind())));
         let members = members.collect::<PyResult<_>>()?;
-        Ok(Seen::Committee(CommitteeObservation { members, agrees }))
+        Ok(Observation::Committee(CommitteeObservation { members, agrees }))
     }
 }
 

@@ -9,8 +9,10 @@ use std::time::Duration;
 
 use numpy::ndarray::{Array2, Array3};
 use numpy::{Element, IntoPyArray};
-use patchlock_media::live::{Address, Live, Options};
-use patchlock_media::{Ahead, Error, Feed, Limits, Next, Order, Picture, Pixels, open_within};
+use patchlock_media::live::{Address, LiveSource, Options};
+use patchlock_media::{
+    Error, Feed, Limits, NextFrame, Order, Picture, Pixels, Prefetcher, open_within,
+};
 use pyo3::exceptions::{
     PyFileNotFoundError, PyRuntimeError, PyTypeError, PyUserWarning, PyValueError,
 };
@@ -91,7 +93,7 @@ impl Frames {
             let (length, rate) = (opened.length(), opened.rate());
             let indices = order.indices(length)?;
             Ok(Self {
-                feed: Mutex::new(Feed::Ahead(Ahead::start(opened, indices))),
+                feed: Mutex::new(Feed::File(Prefetcher::start(opened, indices))),
                 process: process::id(),
                 count: order.count(length),
                 rate: rate.map(|rate| f64::from(rate.frames) / f64::from(rate.seconds)),
@@ -152,12 +154,12 @@ impl Frames {
                 PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)?;
             }
             match next.map_err(errors::of_media)? {
-                Next::Frame(index, picture) => {
+                NextFrame::Frame(index, picture) => {
                     *self.time.lock().unwrap_or_else(PoisonError::into_inner) = picture.time;
                     return Ok(Some((index, to_array(py, picture)?)));
                 }
-                Next::End => return Ok(None),
-                Next::NotYet => py.check_signals()?,
+                NextFrame::End => return Ok(None),
+                NextFrame::NotYet => py.check_signals()?,
             }
         }
     }
@@ -178,7 +180,7 @@ impl Frames {
         let reconnect = Duration::try_from_secs_f64(reconnect)
             .map_err(|error| PyValueError::new_err(format!("reconnect is {reconnect}: {error}")))?;
         let Order { start, end, .. } = order;
-        let live = Live::open(address, Options { limits, start, end, reconnect });
+        let live = LiveSource::open(address, Options { limits, start, end, reconnect });
         let (feed, process) = (Mutex::new(Feed::Live(live)), process::id());
         Ok(Self { feed, process, count: None, rate: None, time: Mutex::default() })
     }

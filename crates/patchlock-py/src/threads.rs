@@ -11,17 +11,17 @@ use pyo3::prelude::*;
 use rayon::ThreadPool;
 
 /// A pool, and the id of the process that made it.
-type Made = Mutex<Option<(u32, Arc<ThreadPool>)>>;
+type ProcessPool = Mutex<Option<(u32, Arc<ThreadPool>)>>;
 
 /// The pool of all trackers that do not specify a number of threads: one thread per core.
-static SHARED: Made = Mutex::new(None);
+static SHARED: ProcessPool = Mutex::new(None);
 
 /// The threads of a tracker.
 #[derive(Debug, Default)]
 pub struct Threads {
     /// How many; `None` for the shared pool.
     pub count: Option<usize>,
-    own: Made,
+    own: ProcessPool,
 }
 
 impl Threads {

@@ -5,10 +5,10 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyType};
 
 use crate::config::{ARGUMENTS, Choice, Config, chosen};
-use crate::driver::{Driver, Found, Saved};
+use crate::driver::{CallResult, Driver, PickleState};
 use crate::estimate::{Estimate, to_box};
 use crate::network::{Model, Network, RuntimeName};
-use crate::observation::{Seen, Views};
+use crate::observation::{Observation, Views};
 
 /// Follows one target through the frames of a video.
 ///
@@ -143,16 +143,16 @@ impl Tracker {
         &self,
         py: Python<'_>,
         frame: &Bound<'_, PyAny>,
-    ) -> PyResult<(Estimate, Seen)> {
+    ) -> PyResult<(Estimate, Observation)> {
         let found = self.driver.step(py, frame, |state, frame| {
-            let mut seen = Views::default();
-            let mut observer = |view: &FrameView<'_>| seen.add(view);
+            let mut views = Views::default();
+            let mut observer = |view: &FrameView<'_>| views.add(view);
             let estimate = state.tracker.update_observed(frame, &mut observer)?.clone();
             state.frame += 1;
-            Ok((estimate, seen))
+            Ok((estimate, views))
         })?;
-        let Found { result: (result, seen), frame, ms } = found;
-        Ok((Found { result, frame, ms }.into(), seen.seen(py)?))
+        let CallResult { result: (result, views), frame, ms } = found;
+        Ok((CallResult { result, frame, ms }.into(), views.observation(py)?))
     }
 
     /// A copy of the settings.
@@ -211,7 +211,7 @@ impl Tracker {
         restore(snapshot, threads, channels, frame, model)
     }
 
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Saved<'py>)> {
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, PickleState<'py>)> {
         let restore = py.import("patchlock._patchlock")?.getattr("_restore")?;
         Ok((restore, self.driver.saved(py)?))
     }

@@ -8,7 +8,7 @@ use patchlock_cli::failure::{Exit, Failure};
 use patchlock_cli::output::pending::PendingFile;
 use patchlock_cli::output::video::Video;
 use patchlock_cli::output::view::{Style, View};
-use patchlock_cli::output::{Seen, Sink as _, Tracked};
+use patchlock_cli::output::{Sink as _, TargetResult, TrackedFrame};
 use patchlock_media::{FrameRate, Picture};
 use pyo3::exceptions::{PyOSError, PyRuntimeError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -135,14 +135,16 @@ impl VideoWriter {
         }
         let pixels = Pixels::of(frame, self.channels)?;
         let (size, rgb) = (pixels.size()?, pixels.to_rgb()?);
-        let seen = to_seen(estimates)?;
+        let results = target_results(estimates)?;
         let picture = Arc::new(Picture { time, ..Picture::rgb(size.0, size.1, rgb) });
         py.detach(|| {
             let mut state = self.state()?;
             state.check_size(size)?;
-            let number = seen.iter().map(|(number, _)| *number).max().unwrap_or(state.frames);
-            let targets: Vec<Seen> = seen.into_iter().map(|(_, seen)| seen).collect();
-            let tracked = Tracked { frame: number, ms: 0.0, targets: &targets, picture: &picture };
+            let number = results.iter().map(|(number, _)| *number).max().unwrap_or(state.frames);
+            let targets: Vec<TargetResult> =
+                results.into_iter().map(|(_, result)| result).collect();
+            let tracked =
+                TrackedFrame { frame: number, ms: 0.0, targets: &targets, picture: &picture };
             let video = state.video.as_mut().ok_or_else(closed)?;
             video.write(&tracked).map_err(|error| {
                 Failure::of(&error).map_or_else(|| PyOSError::new_err(error.to_string()), worded)
@@ -216,14 +218,14 @@ fn closed() -> PyErr {
 }
 
 /// The targets of a frame, with the number of the frame.
-fn to_seen(estimates: &Bound<'_, PyAny>) -> PyResult<Vec<(usize, Seen)>> {
-    let seen = |id: Option<u64>, estimate: &Bound<'_, Estimate>| {
+fn target_results(estimates: &Bound<'_, PyAny>) -> PyResult<Vec<(usize, TargetResult)>> {
+    let result = |id: Option<u64>, estimate: &Bound<'_, Estimate>| {
         let (number, inner) = estimate.get().to_rust();
         let (bbox, estimate) = (inner.bbox, inner.clone());
-        (number as usize, Seen { id, name: None, bbox, estimate })
+        (number as usize, TargetResult { id, name: None, bbox, estimate })
     };
     if let Ok(estimate) = estimates.cast::<Estimate>() {
-        return Ok(vec![seen(None, estimate)]);
+        return Ok(vec![result(None, estimate)]);
     }
     let expected = || {
         let shown = estimates.repr().map_or("this".to_owned(), |text| text.to_string());
@@ -236,7 +238,7 @@ fn to_seen(estimates: &Bound<'_, PyAny>) -> PyResult<Vec<(usize, Seen)>> {
     for item in mapping.items()? {
         let (id, estimate): (Bound<'_, PyAny>, Bound<'_, PyAny>) = item.extract()?;
         let id: u64 = id.extract().map_err(|_| expected())?;
-        targets.push(seen(Some(id), estimate.cast::<Estimate>().map_err(|_| expected())?));
+        targets.push(result(Some(id), estimate.cast::<Estimate>().map_err(|_| expected())?));
     }
     Ok(targets)
 }

@@ -10,7 +10,7 @@ use std::iter::successors;
 use patchlock::NetworkError;
 use patchlock_bench::dataset::selection::SelectionError;
 use patchlock_media::image_file::LoadError;
-use patchlock_media::{Container, FrameFault, Limits, RangeError, TooLarge};
+use patchlock_media::{Container, FrameFault, Limits, RangeError, SizeLimitError};
 use patchlock_studio::project;
 use patchlock_track::ModelError;
 use patchlock_track::settings::{Origin, SettingsError};
@@ -51,7 +51,7 @@ fn next_fault(fault: FrameFault) -> Option<FrameFault> {
 fn next_media(error: &patchlock_media::Error) -> Option<patchlock_media::Error> {
     use patchlock_media::Error;
     let (name, reason) = ("v".to_string(), "why".to_string());
-    let size = TooLarge { width: 9, height: 9, pixels: 81, limit: 80 };
+    let size = SizeLimitError { width: 9, height: 9, pixels: 81, limit: 80 };
     let frame = |fault| Error::Frame { index: 1, name: "v".into(), fault, reason: "why".into() };
     Some(match error {
         Error::Range(error) => match next_range(error) {

@@ -16,7 +16,7 @@ pub struct SceneConfig {
     /// Width and height of the target at scale 1, in pixels.
     pub target_size: [f64; 2],
     /// What is drawn on the target.
-    pub target_look: TargetLook,
+    pub target_texture: TargetTexture,
     /// Key poses of the target, in increasing order of frame; at least one.
     ///
     /// Between two poses the target moves smoothly without overshooting; before
@@ -35,7 +35,7 @@ pub struct SceneConfig {
 
 /// What is drawn on the target.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum TargetLook {
+pub enum TargetTexture {
     /// A picture card: a boat in front of mountains, with no symmetry.
     Badge,
     /// A single colour (red, green, blue), for exact measurements.

@@ -40,7 +40,7 @@ mod presets;
 mod scene;
 mod target;
 
-pub use config::{KeyLight, KeyPose, Post, SceneConfig, TargetLook};
+pub use config::{KeyLight, KeyPose, Post, SceneConfig, TargetTexture};
 pub use long::Absences;
 pub use scene::{Scene, SceneFrame};
 pub use target::Truth;

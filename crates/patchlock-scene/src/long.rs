@@ -42,7 +42,7 @@ impl SceneConfig {
         let base =
             Self { width: 400, height: 240, frames, target_size: TARGET, seed, ..Self::simple() };
         let post = (absences == Absences::BehindPost).then(|| wide_post(&base));
-        let path = Wanderer::new(&base, turn, post).path(absences);
+        let path = RandomPath::new(&base, turn, post).path(absences);
         Self { path, post, ..base }
     }
 }
@@ -60,7 +60,7 @@ fn wide_post(config: &SceneConfig) -> Post {
 }
 
 /// The target on its way: it draws one pose after the other.
-struct Wanderer {
+struct RandomPath {
     seed: u64,
     drawn: i64,
     /// The last coordinates at which the centre of a pixel is still in the frame.
@@ -73,7 +73,7 @@ struct Wanderer {
     poses: Vec<KeyPose>,
 }
 
-impl Wanderer {
+impl RandomPath {
     fn new(config: &SceneConfig, turn: f64, post: Option<Post>) -> Self {
         let last = [config.width, config.height].map(|side| side as f64 - 1.0);
         let (seed, frames) = (config.seed ^ 0xc2, config.frames);

@@ -1,6 +1,6 @@
 //! Ready-made scenes.
 
-use crate::config::{KeyLight, KeyPose, Post, SceneConfig, TargetLook};
+use crate::config::{KeyLight, KeyPose, Post, SceneConfig, TargetTexture};
 
 impl SceneConfig {
     /// 210 frames of 480 x 360 pixels with all difficulties: the target moves
@@ -14,7 +14,7 @@ impl SceneConfig {
             height: 360,
             frames: 210,
             target_size: [80.0, 64.0],
-            target_look: TargetLook::Badge,
+            target_texture: TargetTexture::Badge,
             path: vec![
                 pose(0.0, [88.0, 236.0], 1.0, 0.0),
                 pose(16.0, [92.0, 214.0], 1.0, 0.0),

@@ -6,7 +6,7 @@ use crate::config::SceneConfig;
 use crate::noise::{bell, hash};
 use crate::path::{light_at, pose_at};
 use crate::post::trunk;
-use crate::target::{Placed, Truth};
+use crate::target::{PosedTarget, Truth};
 
 /// A short video of a moving target with exact truth.
 #[derive(Debug, Clone)]
@@ -85,7 +85,7 @@ impl Scene {
     /// If there is no such frame.
     pub fn frame(&self, k: usize) -> SceneFrame {
         let mut canvas = self.behind.clone();
-        self.target(k).paint_on(&mut canvas, self.config.target_look);
+        self.target(k).paint_on(&mut canvas, self.config.target_texture);
         if let Some(in_front) = &self.in_front {
             canvas.lay_over(in_front);
         }
@@ -107,10 +107,10 @@ impl Scene {
         light_at(&self.config.light, k as f64)
     }
 
-    fn target(&self, k: usize) -> Placed {
+    fn target(&self, k: usize) -> PosedTarget {
         assert!(k < self.len(), "frame {k} of a scene of {} frames", self.len());
         let pose = pose_at(&self.config.path, k as f64);
-        Placed::new(self.config.target_size, pose)
+        PosedTarget::new(self.config.target_size, pose)
     }
 
     /// Applies light and noise, then rounds to whole grey levels, like a sensor.

@@ -2,7 +2,7 @@
 
 use crate::badge::badge;
 use crate::canvas::{Area, Canvas, Colour};
-use crate::config::{Post, TargetLook};
+use crate::config::{Post, TargetTexture};
 use crate::path::Pose;
 use crate::post::covers;
 
@@ -52,7 +52,7 @@ impl Truth {
 }
 
 /// The target with its pose in one frame.
-pub(crate) struct Placed {
+pub(crate) struct PosedTarget {
     pose: Pose,
     /// Width and height in pixels, including the scale.
     size: [f64; 2],
@@ -60,9 +60,9 @@ pub(crate) struct Placed {
     turn: [f64; 2],
 }
 
-impl Placed {
+impl PosedTarget {
     pub(crate) fn new(base_size: [f64; 2], pose: Pose) -> Self {
-        Placed {
+        PosedTarget {
             pose,
             size: base_size.map(|side| side * pose.scale),
             turn: [pose.rotation.cos(), pose.rotation.sin()],
@@ -76,7 +76,7 @@ impl Placed {
         [cx + cos * a - sin * b, cy + sin * a + cos * b]
     }
 
-    /// The inverse of [`Placed::to_frame`].
+    /// The inverse of [`PosedTarget::to_frame`].
     fn to_card(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let [cos, sin] = self.turn;
         let (dx, dy) = (x - self.pose.centre[0], y - self.pose.centre[1]);
@@ -96,21 +96,21 @@ impl Placed {
     }
 
     /// Colour at a point of the frame; `None` outside the target.
-    pub(crate) fn colour_at(&self, look: TargetLook, point: [f64; 2]) -> Option<Colour> {
+    pub(crate) fn colour_at(&self, texture: TargetTexture, point: [f64; 2]) -> Option<Colour> {
         let [a, b] = self.to_card(point);
         if !self.contains([a, b]) {
             return None;
         }
-        Some(match look {
-            TargetLook::Flat(colour) => colour.map(f32::from),
-            TargetLook::Badge => badge([a / self.size[0] + 0.5, b / self.size[1] + 0.5]),
+        Some(match texture {
+            TargetTexture::Flat(colour) => colour.map(f32::from),
+            TargetTexture::Badge => badge([a / self.size[0] + 0.5, b / self.size[1] + 0.5]),
         })
     }
 
-    pub(crate) fn paint_on(&self, canvas: &mut Canvas, look: TargetLook) {
+    pub(crate) fn paint_on(&self, canvas: &mut Canvas, texture: TargetTexture) {
         let reach = self.size[0].hypot(self.size[1]) / 2.0;
         let area = Area::around(self.pose.centre, reach);
-        canvas.paint(area, |point| self.colour_at(look, point));
+        canvas.paint(area, |point| self.colour_at(texture, point));
     }
 
     /// The truth in a frame of this width and height.

@@ -10,10 +10,13 @@ use std::path::{Path, PathBuf};
 use patchlock::{BoundingBox, Status};
 use patchlock_media::Limits;
 use patchlock_track::export::{
-    self, About, Clip, Entry, ImageUse, KeyFrames, Part, Said, Selection, Track, Written,
+    self, Clip, Entry, ExportSummary, ImageUse, KeyFrames, ManualFlags, Part, Selection,
+    TargetMetadata, Track,
 };
 
-use crate::project::{Changes, Error, Label, PLACEHOLDER, Project, Shared, Store, Target, file};
+use crate::project::{
+    Changes, Error, Label, PLACEHOLDER, Project, SharedLabels, Store, Target, file,
+};
 
 pub(crate) use table::ATTRIBUTE;
 pub use table::table;
@@ -152,7 +155,7 @@ pub fn write(
     options: &Options,
     out: &Path,
     overwrite: bool,
-) -> Result<Written, Error> {
+) -> Result<ExportSummary, Error> {
     let format = match options.format {
         Format::Csv => {
             Format::check_table(options)?;
@@ -187,7 +190,7 @@ pub fn classes<'a>(
 
 /// A clip of an export of all.
 #[derive(Debug, Clone)]
-pub struct OfFolder {
+pub struct FolderClip {
     /// Its name, unlike that of all others.
     pub name: String,
     /// What is known of it, with the labels of all.
@@ -244,9 +247,9 @@ impl Val {
 
 /// What an export of all clips has written.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct OfAll {
+pub struct CombinedExport {
     /// The numbers of files, targets and boxes.
-    pub written: Written,
+    pub written: ExportSummary,
     /// The names of the clips for training.
     pub train: Vec<String>,
     /// The names of the clips for validation.
@@ -261,21 +264,21 @@ pub struct OfAll {
 /// # Errors
 /// As [`write()`]; [`Error::Export`] if the clips cannot be divided.
 pub fn write_all(
-    clips: &[OfFolder],
+    clips: &[FolderClip],
     labels: &[Label],
     options: &Options,
     val: Option<&Val>,
     out: &Path,
     stopped: &dyn Fn() -> bool,
-) -> Result<OfAll, Error> {
-    let has_boxes = |clip: &&OfFolder| {
+) -> Result<CombinedExport, Error> {
+    let has_boxes = |clip: &&FolderClip| {
         clip.project.targets.iter().any(|it| !it.keys.is_empty() || !it.tracked.is_empty())
     };
     let (full, empty): (Vec<_>, Vec<_>) = clips.iter().partition(has_boxes);
     let names: Vec<&str> = full.iter().map(|clip| clip.name.as_str()).collect();
     let parts = val.map_or_else(|| Ok(vec![Part::Train; names.len()]), |val| val.parts(&names));
     let parts = parts.map_err(|error| refused(error.to_string()))?;
-    let images = |clip: &OfFolder| clip.video.clone().filter(|_| options.frames);
+    let images = |clip: &FolderClip| clip.video.clone().filter(|_| options.frames);
     let all = full.iter().zip(&parts).map(|(clip, &part)| {
         let (name, images) = (clip.name.clone(), images(clip));
         Ok(Clip { name, track: track(&clip.project)?, images, part })
@@ -286,7 +289,7 @@ pub fn write_all(
         clips.map(|clip| clip.name.clone()).collect()
     };
     let one_sided = one_sided(full.iter().map(|clip| &clip.project).zip(parts.iter().copied()));
-    let of_all = |mut written: Written| OfAll {
+    let of_all = |mut written: ExportSummary| CombinedExport {
         written: {
             written.notes.extend(one_sided);
             written
@@ -346,8 +349,8 @@ fn one_sided<'a>(clips: impl Iterator<Item = (&'a Project, Part)>) -> Vec<String
 }
 
 /// What tables of these projects have.
-fn of_tables<'a>(projects: impl IntoIterator<Item = &'a Project>) -> Written {
-    let mut written = Written::default();
+fn of_tables<'a>(projects: impl IntoIterator<Item = &'a Project>) -> ExportSummary {
+    let mut written = ExportSummary::default();
     for project in projects {
         let count = |target: &Target| rows(target).iter().filter(|row| row.bbox.is_some()).count();
         let counts: Vec<usize> = project.targets.iter().map(count).collect();
@@ -362,11 +365,11 @@ fn of_tables<'a>(projects: impl IntoIterator<Item = &'a Project>) -> Written {
 /// videos in the folder may be read.
 ///
 /// # Errors
-/// As [`Store::open_shared`] and [`Shared::read`]; [`Error::Export`] if there are no projects, or
+/// As [`Store::open_shared`] and [`SharedLabels::read`]; [`Error::Export`] if there are no projects, or
 /// one of them is a link out of the folder.
-pub fn of_folder(folder: &Path) -> Result<(Vec<OfFolder>, Vec<Label>), Error> {
+pub fn of_folder(folder: &Path) -> Result<(Vec<FolderClip>, Vec<Label>), Error> {
     const ENDING: &str = ".patchlock.json";
-    let mut vocabulary = Shared::new(folder).read()?;
+    let mut vocabulary = SharedLabels::new(folder).read()?;
     let files = patchlock_track::files::entries(folder)?;
     let mut clips = Vec::new();
     for file in files {
@@ -387,7 +390,7 @@ pub fn of_folder(folder: &Path) -> Result<(Vec<OfFolder>, Vec<Label>), Error> {
     let clips = clips.into_iter().map(|(name, mut store, renamed)| {
         store.set_labels(&labels, &renamed);
         let video = store.video_to_read().ok().map(Path::to_path_buf);
-        OfFolder { name, project: store.project().clone(), video }
+        FolderClip { name, project: store.project().clone(), video }
     });
     Ok((clips.collect(), labels))
 }
@@ -447,21 +450,21 @@ pub fn track(project: &Project) -> Result<Track, Error> {
             score: row.score,
             corners: None,
             status: row.status,
-            said: row.said,
+            manual: row.manual,
         })
     });
-    let about = project.targets.iter().map(|target| (target.id, about(project, target)));
-    let about: BTreeMap<u64, About> = about.collect();
+    let metadata = project.targets.iter().map(|target| (target.id, metadata(project, target)));
+    let metadata: BTreeMap<u64, TargetMetadata> = metadata.collect();
     let declared = project.labels.iter();
     let declared = declared.map(|label| (label.name.clone(), label.attributes.clone())).collect();
     let (width, height) = (project.video.width, project.video.height);
     let track = Track::new(entries.collect())?.in_clip(project.video.frames);
-    Ok(track.with_targets(about).with_declared(declared).sized(width, height))
+    Ok(track.with_targets(metadata).with_declared(declared).sized(width, height))
 }
 
 /// The label and the attributes of a target: those that its label declares, with their defaults, and
 /// others that it has.
-fn about(project: &Project, target: &Target) -> About {
+fn metadata(project: &Project, target: &Target) -> TargetMetadata {
     let (mut attributes, mut changes) = (target.attributes.clone(), BTreeMap::new());
     for attribute in project.declared(&target.label) {
         let name = &attribute.name;
@@ -475,7 +478,7 @@ fn about(project: &Project, target: &Target) -> About {
         let values = frames.map(|frame| (frame, target.value(attribute, frame).to_owned()));
         changes.insert(name.clone(), values.collect());
     }
-    About { label: target.label.clone(), attributes, changes }
+    TargetMetadata { label: target.label.clone(), attributes, changes }
 }
 
 /// What is known of a target in a frame.
@@ -486,7 +489,7 @@ struct Row {
     status: Option<Status>,
     visible: Option<f64>,
     agreement: Option<f64>,
-    said: Option<Said>,
+    manual: Option<ManualFlags>,
 }
 
 /// All frames of a target of which something is known, in order.
@@ -498,11 +501,12 @@ fn rows(target: &Target) -> Vec<Row> {
         status: None,
         visible: None,
         agreement: None,
-        said: None,
+        manual: None,
     };
     let keys = target.keys.iter().map(|(&frame, key)| {
-        let said = Said { hidden: false, occluded: key.occluded, truncated: key.truncated };
-        Row { bbox: Some(key.bbox), said: Some(said), ..empty(frame) }
+        let manual =
+            ManualFlags { hidden: false, occluded: key.occluded, truncated: key.truncated };
+        Row { bbox: Some(key.bbox), manual: Some(manual), ..empty(frame) }
     });
     let tracked = target.tracked.iter().map(|(&frame, tracked)| Row {
         bbox: Some(tracked.bbox),
@@ -513,8 +517,8 @@ fn rows(target: &Target) -> Vec<Row> {
         ..empty(frame)
     });
     let hidden = target.hidden.iter().flat_map(|&[from, to]| from..=to).map(|frame| {
-        let said = Said { hidden: true, ..Said::default() };
-        Row { said: Some(said), ..empty(frame) }
+        let manual = ManualFlags { hidden: true, ..ManualFlags::default() };
+        Row { manual: Some(manual), ..empty(frame) }
     });
     let mut rows: Vec<Row> = keys.chain(tracked).chain(hidden).collect();
     rows.sort_by_key(|row| row.frame);

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use patchlock::{BoundingBox, Frame, Preset, Status, Tracker};
 use patchlock_scene::{KeyPose, Post, Scene, SceneConfig};
-use patchlock_studio::project::{Key, Target, Tracked};
-use patchlock_studio::tracking::{Found, doubt, join::join};
+use patchlock_studio::project::{Key, Target, TrackedBox};
+use patchlock_studio::tracking::{FrameEstimate, join::join, review};
 
 /// A target that passes behind a post, at this speed in pixels per frame. The post is wider than
 /// the target, so that it is hidden completely for some frames.
@@ -27,7 +27,7 @@ fn passing(width: f64, speed: f64, seed: u64) -> SceneConfig {
 struct Clip {
     scene: Scene,
     frames: Vec<Vec<u8>>,
-    passes: BTreeMap<(usize, bool), Vec<Found>>,
+    passes: BTreeMap<(usize, bool), Vec<FrameEstimate>>,
 }
 
 impl Clip {
@@ -56,15 +56,16 @@ impl Clip {
     }
 
     /// What is found after the true box in one frame, up to and with another one.
-    fn pass(&mut self, from: usize, to: usize) -> Vec<Found> {
+    fn pass(&mut self, from: usize, to: usize) -> Vec<FrameEstimate> {
         let (forward, count) = (to > from, from.abs_diff(to));
         if !self.passes.contains_key(&(from, forward)) {
             let end = if forward { self.last() } else { 0 };
             let bbox = self.truth(from);
             let mut tracker = Tracker::start(Preset::Robust, &self.picture(from), bbox).unwrap();
             let frame = |step| if forward { from + step } else { from - step };
-            let found = (1..=from.abs_diff(end))
-                .map(|step| Found::from(tracker.update(&self.picture(frame(step))).unwrap()));
+            let found = (1..=from.abs_diff(end)).map(|step| {
+                FrameEstimate::from(tracker.update(&self.picture(frame(step))).unwrap())
+            });
             let found = found.collect();
             self.passes.insert((from, forward), found);
         }
@@ -91,14 +92,14 @@ impl Clip {
         let bbox = self.truth(frame);
         target.tracked.remove(&frame);
         target.keys.insert(frame, Key { bbox, occluded: false, truncated: false });
-        let before = doubt::doubtful(target);
+        let before = review::doubtful(target);
         if let Some(first) = target.keys.range(..frame).next_back().map(|(&first, _)| first) {
             self.between(target, [first, frame], &before);
         }
         match target.keys.range(frame + 1..).next().map(|(&last, _)| last) {
             Some(last) => self.between(target, [frame, last], &before),
             None if frame < self.last() => {
-                let found = self.pass(frame, self.last()).into_iter().map(Tracked::from);
+                let found = self.pass(frame, self.last()).into_iter().map(TrackedBox::from);
                 target.tracked.extend((frame + 1..).zip(found));
             }
             None => {}
@@ -109,7 +110,7 @@ impl Clip {
         &mut self,
         target: &mut Target,
         [first, last]: [usize; 2],
-        before: &BTreeMap<usize, Tracked>,
+        before: &BTreeMap<usize, TrackedBox>,
     ) {
         let forward = self.pass(first, last);
         let mut backward = self.pass(last, first);
@@ -158,7 +159,7 @@ fn hidden_frames_are_never_sure_after_any_order_of_confirmations() {
                 clip.confirm(&mut target, frame);
                 let last = target.keys.keys().next_back().unwrap();
                 for hidden in hidden.iter().filter(|hidden| *hidden < last) {
-                    let Tracked { score, status, .. } = target.tracked[hidden];
+                    let TrackedBox { score, status, .. } = target.tracked[hidden];
                     let confirmed = &order[..=step];
                     assert!(
                         score <= 0.5,
@@ -175,7 +176,7 @@ fn hidden_frames_are_never_sure_after_any_order_of_confirmations() {
             |frame: &usize| clip.visible(*frame) == 1.0 && target.tracked.contains_key(frame);
         let seen: Vec<usize> = (0..clip.last()).filter(seen).collect();
         let good = |frame: &&usize| {
-            let Tracked { score, status, bbox, .. } = target.tracked[frame];
+            let TrackedBox { score, status, bbox, .. } = target.tracked[frame];
             score > 0.5 && status != Status::Lost && bbox.overlap(&clip.truth(**frame)) > 0.5
         };
         let good = seen.iter().filter(good).count();

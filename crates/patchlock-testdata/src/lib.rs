@@ -48,7 +48,7 @@ pub fn slow(test: &str, seconds: u32) -> bool {
 
 /// The folder `name` in the folder that a variable names, or in `../shared/BESIDE`.
 fn find(test: &str, name: &str, variable: &str, beside: &str) -> Option<PathBuf> {
-    let place = Place::new(env::var_os(variable).as_deref(), beside);
+    let place = DataFolder::new(env::var_os(variable).as_deref(), beside);
     let folder = place.folder.join(name);
     if folder.is_dir() {
         return Some(folder);
@@ -65,13 +65,13 @@ fn find(test: &str, name: &str, variable: &str, beside: &str) -> Option<PathBuf>
 
 /// Where the folders are.
 #[derive(Debug, PartialEq)]
-struct Place {
+struct DataFolder {
     folder: PathBuf,
     /// Whether a missing folder is a failure.
     required: bool,
 }
 
-impl Place {
+impl DataFolder {
     /// The place for a value of the variable.
     fn new(value: Option<&OsStr>, beside: &str) -> Self {
         let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared").join(beside);
@@ -89,11 +89,11 @@ mod tests {
 
     #[test]
     fn the_variable_names_the_folder_or_requires_the_default() {
-        let place = |value: Option<&str>| Place::new(value.map(OsStr::new), "data");
+        let place = |value: Option<&str>| DataFolder::new(value.map(OsStr::new), "data");
         let default = place(None);
         assert!(default.folder.ends_with("shared/data") && !default.required);
-        assert_eq!(place(Some("required")), Place { folder: default.folder, required: true });
-        let named = Place { folder: "/sequences".into(), required: false };
+        assert_eq!(place(Some("required")), DataFolder { folder: default.folder, required: true });
+        let named = DataFolder { folder: "/sequences".into(), required: false };
         assert_eq!(place(Some("/sequences")), named);
     }
 }

@@ -226,7 +226,7 @@ pub fn check(attributes: &[Attribute]) -> Result<(), String> {
 #[serde(deny_unknown_fields)]
 struct Form {
     name: String,
-    kind: Word,
+    kind: KindName,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     values: Option<Vec<String>>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -244,7 +244,7 @@ struct Form {
 
 #[derive(Clone, Copy, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-enum Word {
+enum KindName {
     Checkbox,
     Select,
     Number,
@@ -257,11 +257,11 @@ impl TryFrom<Form> for Attribute {
     fn try_from(form: Form) -> Result<Self, String> {
         let Form { name, kind, values, min, max, step, length, default, mutable } = form;
         let foreign = [
-            ("values", values.is_some(), matches!(kind, Word::Select)),
-            ("min", min.is_some(), matches!(kind, Word::Number)),
-            ("max", max.is_some(), matches!(kind, Word::Number)),
-            ("step", step.is_some(), matches!(kind, Word::Number)),
-            ("length", length.is_some(), matches!(kind, Word::Text)),
+            ("values", values.is_some(), matches!(kind, KindName::Select)),
+            ("min", min.is_some(), matches!(kind, KindName::Number)),
+            ("max", max.is_some(), matches!(kind, KindName::Number)),
+            ("step", step.is_some(), matches!(kind, KindName::Number)),
+            ("length", length.is_some(), matches!(kind, KindName::Text)),
         ];
         if let Some((member, ..)) = foreign.iter().find(|(_, is_there, fits)| *is_there && !fits) {
             return Err(format!(
@@ -271,14 +271,14 @@ impl TryFrom<Form> for Attribute {
         }
         let missing = |member| format!("the attribute {name:?} has no {member}");
         let kind = match kind {
-            Word::Checkbox => Kind::Checkbox,
-            Word::Select => Kind::Select { values: values.ok_or_else(|| missing("values"))? },
-            Word::Number => Kind::Number {
+            KindName::Checkbox => Kind::Checkbox,
+            KindName::Select => Kind::Select { values: values.ok_or_else(|| missing("values"))? },
+            KindName::Number => Kind::Number {
                 min: min.ok_or_else(|| missing("min"))?,
                 max: max.ok_or_else(|| missing("max"))?,
                 step: step.unwrap_or(1.0),
             },
-            Word::Text => Kind::Text { length: length.unwrap_or(VALUE) },
+            KindName::Text => Kind::Text { length: length.unwrap_or(VALUE) },
         };
         let default = default.unwrap_or_else(|| kind.first_value());
         Ok(Self { name, kind, default, mutable })
@@ -300,12 +300,12 @@ impl From<Attribute> for Form {
             mutable,
         };
         match kind {
-            Kind::Checkbox => of(Word::Checkbox),
-            Kind::Select { values } => Self { values: Some(values), ..of(Word::Select) },
+            Kind::Checkbox => of(KindName::Checkbox),
+            Kind::Select { values } => Self { values: Some(values), ..of(KindName::Select) },
             Kind::Number { min, max, step } => {
-                Self { min: Some(min), max: Some(max), step: Some(step), ..of(Word::Number) }
+                Self { min: Some(min), max: Some(max), step: Some(step), ..of(KindName::Number) }
             }
-            Kind::Text { length } => Self { length: Some(length), ..of(Word::Text) },
+            Kind::Text { length } => Self { length: Some(length), ..of(KindName::Text) },
         }
     }
 }

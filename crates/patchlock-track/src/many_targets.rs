@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use patchlock::{
-    BoundingBox, Error, Estimate, Frame, MultiTracker, TargetId, Tracked, TrackerConfig,
+    BoundingBox, Error, Estimate, Frame, MultiTracker, TargetEstimate, TargetId, TrackerConfig,
 };
 use rayon::ThreadPool;
 
@@ -110,7 +110,7 @@ fn step(
     let mut tracked: BTreeMap<u64, TrackedTarget> = BTreeMap::new();
     if !ids.is_empty() {
         // Both are in the order in which the targets were added.
-        for (&(id, _), Tracked { estimate, .. }) in ids.iter().zip(tracker.update(frame)?) {
+        for (&(id, _), TargetEstimate { estimate, .. }) in ids.iter().zip(tracker.update(frame)?) {
             let estimate = estimate.clone();
             tracked.insert(id, TrackedTarget { id, bbox: estimate.bbox, estimate });
         }

@@ -93,7 +93,7 @@ pub use config::{
 };
 pub use error::Error;
 pub use estimate::{Estimate, Status};
-pub use multi::{MultiTracker, Tracked};
+pub use multi::{MultiTracker, TargetEstimate};
 pub use network::Network;
 #[cfg(feature = "network")]
 pub use network::{KNOWN_MODELS, KnownModel, ModelFile, Runtime};

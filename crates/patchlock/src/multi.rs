@@ -21,7 +21,7 @@ use crate::vision::geometry::BoundingBox;
 
 /// A target of a [`MultiTracker`] in one frame.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Tracked {
+pub struct TargetEstimate {
     /// The target.
     pub id: TargetId,
     /// Where it is.
@@ -58,7 +58,7 @@ pub struct MultiTracker {
     config: TrackerConfig,
     targets: Vec<Box<dyn TargetTracker>>,
     /// The ids and latest estimates of the targets, in the same order.
-    tracked: Vec<Tracked>,
+    tracked: Vec<TargetEstimate>,
     next: u64,
     /// The size of the frames that the targets are tracked in.
     size: Option<FrameSize>,
@@ -106,7 +106,7 @@ impl MultiTracker {
     }
 
     /// The targets in the latest frame, in the order in which they were added.
-    pub fn tracked(&self) -> &[Tracked] {
+    pub fn tracked(&self) -> &[TargetEstimate] {
         &self.tracked
     }
 
@@ -120,12 +120,12 @@ impl MultiTracker {
         &mut self,
         frame: &Frame<'_>,
         bbox: impl Into<BoundingBox>,
-    ) -> Result<&Tracked, Error> {
+    ) -> Result<&TargetEstimate, Error> {
         let (target, estimate) = self.begin(frame, bbox.into())?;
         let id = TargetId::from(self.next);
         self.next = self.next.saturating_add(1);
         self.targets.push(target);
-        self.tracked.push(Tracked { id, estimate });
+        self.tracked.push(TargetEstimate { id, estimate });
         Ok(&self.tracked[self.tracked.len() - 1])
     }
 
@@ -164,7 +164,7 @@ impl MultiTracker {
     /// unchanged. [`Error::Network`] if the runtime of a network fails; then some targets may have
     /// moved. No other error concerns a single target: one that is lost or outside the frame has an
     /// estimate with a low score.
-    pub fn update(&mut self, frame: &Frame<'_>) -> Result<&[Tracked], Error> {
+    pub fn update(&mut self, frame: &Frame<'_>) -> Result<&[TargetEstimate], Error> {
         let threads = self.prepare(frame)?;
         let run = self.targets.len().div_ceil(threads).max(1);
         let input = self.images.of(frame);
@@ -186,11 +186,13 @@ impl MultiTracker {
         &mut self,
         frame: &Frame<'_>,
         observer: &mut dyn FnMut(TargetId, &FrameView<'_>),
-    ) -> Result<&[Tracked], Error> {
+    ) -> Result<&[TargetEstimate], Error> {
         self.prepare(frame)?;
         let input = self.images.of(frame);
         let scratch = &mut self.scratches[0];
-        for (target, Tracked { id, estimate }) in self.targets.iter_mut().zip(&mut self.tracked) {
+        for (target, TargetEstimate { id, estimate }) in
+            self.targets.iter_mut().zip(&mut self.tracked)
+        {
             let mut show = |view: &FrameView<'_>| observer(*id, view);
             target.update(input, scratch, Some(&mut show), estimate)?;
         }
@@ -226,7 +228,7 @@ impl MultiTracker {
         for (id, SavedTrack { target, estimate }) in tracks {
             estimate.check()?;
             tracker.targets.push(target::restore(target, &tracker.config)?);
-            tracker.tracked.push(Tracked { id, estimate });
+            tracker.tracked.push(TargetEstimate { id, estimate });
         }
         // A target names the network that it needs, so this is checked after the targets.
         tracker.config.check_network()?;

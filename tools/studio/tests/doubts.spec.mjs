@@ -1,7 +1,7 @@
 // The page loses no doubt: targets that were never tracked, corrections, what is taken back.
 
 import { readFileSync } from 'node:fs';
-import { FRAMES, expect, test, Work } from './page.mjs';
+import { FRAMES, expect, test, StudioPage } from './page.mjs';
 import { Folder, Studio, readTruth } from './program.mjs';
 
 const truth = readTruth();
@@ -17,7 +17,7 @@ test('a target with one box is not overlooked', async ({ page }) => {
     const target = { id: 2, label: project.labels[0].name, keys: { 0: { box: other } } };
     folder.write({ ...project, next_id: 3, targets: [...project.targets, target] });
     const studio = await Studio.start(folder.videos);
-    const work = new Work(page);
+    const work = new StudioPage(page);
     await work.open(studio.address);
     const doubts = page.locator('#doubts');
     await expect(doubts).toContainText(`target 2 · frame 1`);
@@ -39,6 +39,32 @@ test('a target with one box is not overlooked', async ({ page }) => {
     await work.press('b');
     await work.tracked();
     await expect(doubts).not.toContainText('target 2 · frame 1not tracked');
+    expect(work.thrown).toEqual([]);
+    await studio.kill();
+});
+
+test('Esc says which targets were waiting, and they can be tracked', async ({ page, folder }) => {
+    // A slow tracker, so that the first target is tracked while the second one is drawn.
+    const studio = await Studio.start(folder.videos, ['--preset', 'paper']);
+    const work = new Work(page);
+    await work.open(studio.address);
+    const tracked = (at) => Object.keys(folder.project().targets[at].tracked).length;
+    await work.draw(truth[0]);
+    await expect(work.targets()).toHaveCount(1);
+    await work.drawAnother(other);
+    await expect(page.locator('#job-text')).toContainText('Tracking target 1');
+    await expect(page.locator('#job-text')).toContainText('then target 2');
+    await work.press('Escape');
+    const notices = page.locator('#notices');
+    await expect(notices).toContainText('Tracking of target 1 stopped');
+    await expect(notices).toContainText('Not tracked, since it was waiting: target 2.');
+    await expect(page.locator('#job')).toBeHidden();
+    await expect(page.locator('#doubts')).toContainText(/target 2 · frame \d+not tracked yet/);
+    expect(tracked(1)).toBe(0);
+
+    await notices.getByRole('button', { name: 'Track', exact: true }).click();
+    await expect(page.locator('#job-text')).toContainText('Tracking target 2');
+    await expect.poll(() => tracked(1)).toBeGreaterThan(0);
     expect(work.thrown).toEqual([]);
     await studio.kill();
 });
@@ -182,7 +208,7 @@ test('after a crash, tracking that was cut off is offered, and steps can be undo
 }) => {
     let studio = await Studio.start(folder.videos);
     const { port } = studio;
-    const work = new Work(page);
+    const work = new StudioPage(page);
     await work.open(studio.address);
     await work.afterDrawing('none');
     await work.draw(truth[0]);

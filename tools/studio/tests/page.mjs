@@ -22,7 +22,7 @@ export const test = base.extend({
         await studio.kill();
     },
     work: async ({ page, studio, begun }, use) => {
-        const work = new Work(page);
+        const work = new StudioPage(page);
         await work.open(studio.address);
         if (begun) await work.choose(0);
         await use(work);
@@ -31,7 +31,7 @@ export const test = base.extend({
     },
 });
 
-export class Work {
+export class StudioPage {
     constructor(page) {
         this.page = page;
         this.thrown = [];

@@ -1,6 +1,6 @@
 // The page where it is not the server's own: behind a tunnel, and below a path of another host.
 
-import { expect, test, Work } from './page.mjs';
+import { expect, test, StudioPage } from './page.mjs';
 import { Folder, overlap, readTruth, Studio } from './program.mjs';
 import { Proxy } from './proxy.mjs';
 
@@ -10,14 +10,14 @@ const NAME = 'studio.localhost';
 
 /** Draws a box at an address, and waits for what the server says of it. */
 async function annotate(page, context, proxy, address, folder) {
-    const work = new Work(page);
+    const work = new StudioPage(page);
     await work.open(address);
     await work.draw(truth[0]);
     await work.tracked();
     const [target] = folder.project().targets;
     expect(overlap(target.keys[0].box, truth[0])).toBeGreaterThan(0.95);
     expect(Object.keys(target.tracked).length).toBeGreaterThan(50);
-    const second = new Work(await context.newPage());
+    const second = new StudioPage(await context.newPage());
     await second.open(address);
     await expect(page.locator('#windows')).toHaveText('2 windows');
     await second.press('Shift+D');

@@ -1,6 +1,6 @@
 // Nothing is lost, and nothing that comes from a file is run.
 
-import { expect, test, Work } from './page.mjs';
+import { expect, test, StudioPage } from './page.mjs';
 import { Folder, readTruth, Studio } from './program.mjs';
 
 const truth = readTruth();
@@ -10,7 +10,7 @@ test('killed at any moment and started again, everything is there', async ({ pag
     const folder = new Folder();
     let studio = await Studio.start(folder.videos);
     const { port } = studio;
-    const work = new Work(page);
+    const work = new StudioPage(page);
     await work.open(studio.address);
     await work.draw(truth[0]);
     await work.tracked();
@@ -34,7 +34,7 @@ test('a page that the program no longer knows says where to go', async ({ page }
     const [mine, others] = [new Folder(), new Folder()];
     let studio = await Studio.start(mine.videos);
     const { port } = studio;
-    await new Work(page).open(studio.address);
+    await new StudioPage(page).open(studio.address);
     await studio.kill();
     studio = await Studio.start(others.videos, ['--port', port]);
     await expect(page.locator('#errors')).toContainText('token');
@@ -94,7 +94,7 @@ test('a project of another video that says to have 100 million frames', async ({
         targets: [target(1), target(2)],
     });
     const studio = await Studio.start(folder.videos);
-    const work = new Work(page);
+    const work = new StudioPage(page);
     await work.open(studio.address);
     await expect(page.locator('#errors')).toContainText('The video is not the one of this project');
     await expect(work.targets()).toHaveCount(2);
@@ -134,7 +134,7 @@ test('two windows know of each other, see each change, and do not overwrite it',
 }) => {
     const first = work;
     await first.afterDrawing('none');
-    const second = new Work(await context.newPage());
+    const second = new StudioPage(await context.newPage());
     // Session storage is not shared between windows: the address has the token.
     await second.open(studio.address);
     await expect(first.page.locator('#windows')).toHaveText('2 windows');
@@ -199,7 +199,7 @@ test('the address that the program opens works once', async ({ page, folder, con
     const { token } = studio;
     expect(opened).toContain('#once-');
     expect(opened).not.toContain(token);
-    const work = new Work(page);
+    const work = new StudioPage(page);
     await work.open(opened);
     expect(new URL(page.url()).hash).toBe('');
     await page.reload();

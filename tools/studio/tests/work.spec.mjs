@@ -352,7 +352,7 @@ test('frames are exact, and the newest counts when steps come fast', async ({ wo
     await work.press('End');
     await work.atFrame(FRAMES - 1);
     // The picture on the screen is that of the frame: compared in the middle of the canvas.
-    const shown = await page.locator('#stage').evaluate((/** @type {HTMLCanvasElement} */ canvas) => {
+    const shown = await page.locator('#picture').evaluate((/** @type {HTMLCanvasElement} */ canvas) => {
         const context = canvas.getContext('2d');
         return [...context.getImageData(canvas.width / 2, canvas.height / 2, 1, 1).data];
     });

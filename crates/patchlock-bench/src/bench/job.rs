@@ -5,13 +5,13 @@ use std::path::{self, PathBuf};
 use std::time::Duration;
 
 use patchlock::{BoundingBox, Estimate};
-use patchlock_media::{Ahead, FrameRate, Order, Picture};
+use patchlock_media::{FrameRate, Order, Picture, Prefetcher};
 use serde::{Deserialize, Serialize};
 
 use super::plan::{self, Options, Plan};
 use super::runner::{self, Failure};
 use super::schemes::Start;
-use super::store::{Clip, Footage, Identity, Run, Series, Store, Task, Trajectory, Written};
+use super::store::{Clip, Footage, Identity, Run, RunFiles, Series, Store, Task, Trajectory};
 use super::trackers::{self, Patchlock};
 use crate::Error;
 use crate::dataset::Dataset;
@@ -58,8 +58,8 @@ pub enum Frames {
     },
 }
 
-/// One who watches a run on a clip, for example to draw it.
-pub trait Watcher {
+/// Gets the frames of a run on a clip, for example to draw them.
+pub trait FrameObserver {
     /// The frames come at this rate, and there are so many, if the source tells.
     ///
     /// # Errors
@@ -70,12 +70,12 @@ pub trait Watcher {
     ///
     /// # Errors
     /// Why the run must not go on.
-    fn see(&mut self, seen: Watched<'_>) -> Result<(), Error>;
+    fn observe(&mut self, observed: ObservedFrame<'_>) -> Result<(), Error>;
 }
 
 /// A frame of a run.
 #[derive(Debug)]
-pub struct Watched<'a> {
+pub struct ObservedFrame<'a> {
     /// Its number in the source.
     pub frame: usize,
     /// Its pixels.
@@ -107,18 +107,21 @@ impl Job {
     ///
     /// # Errors
     /// An error of the frames, of the network's files or of the tracker.
-    pub fn track(&self) -> Result<Written, Error> {
+    pub fn track(&self) -> Result<RunFiles, Error> {
         self.track_before(None)
     }
 
-    /// Makes the run as [`Job::track`] does. `watcher` sees each frame, if the run is one on a clip.
+    /// Makes the run as [`Job::track`] does. `observer` sees each frame, if the run is one on a clip.
     ///
     /// # Errors
-    /// As [`Job::track`]; those of the watcher.
-    pub fn track_before(&self, watcher: Option<&mut dyn Watcher>) -> Result<Written, Error> {
+    /// As [`Job::track`]; those of the observer.
+    pub fn track_before(
+        &self,
+        observer: Option<&mut dyn FrameObserver>,
+    ) -> Result<RunFiles, Error> {
         let trajectory = match &self.frames {
             Frames::Files(files) => self.track_files(files)?,
-            Frames::Clip { path, clip } => self.track_clip(path, clip, watcher)?,
+            Frames::Clip { path, clip } => self.track_clip(path, clip, observer)?,
         };
         Ok(self.series.write(&self.run(), trajectory, self.threads, self.side_by_side))
     }
@@ -148,17 +151,17 @@ impl Job {
         &self,
         path: &str,
         clip: &Clip,
-        mut watcher: Option<&mut dyn Watcher>,
+        mut observer: Option<&mut dyn FrameObserver>,
     ) -> Result<Trajectory, Error> {
         let Clip { start, end, stride, .. } = *clip;
         let order = Order { start, end, stride, reverse: false };
         order.check()?;
         let source = patchlock_media::open(path, false)?;
         let indices = order.indices(source.length())?;
-        if let Some(watcher) = &mut watcher {
-            watcher.begin(source.rate(), order.count(source.length()))?;
+        if let Some(observer) = &mut observer {
+            observer.begin(source.rate(), order.count(source.length()))?;
         }
-        let frames = Ahead::start(source, indices).map(|frame| frame.map_err(Error::from));
+        let frames = Prefetcher::start(source, indices).map(|frame| frame.map_err(Error::from));
         let mut subject = Patchlock::of(&self.identity()?, self.seed, self.threads)?;
         let trajectory = runner::trace(frames, |(index, picture): (usize, Picture), is_first| {
             let bbox = self.start.bbox;
@@ -172,10 +175,10 @@ impl Job {
                 let reason = error.to_string();
                 Error::from(patchlock_track::Error::TrackerInFrame { index, reason })
             })?;
-            if let (Some(watcher), Some(estimate)) = (&mut watcher, subject.estimate()) {
+            if let (Some(observer), Some(estimate)) = (&mut observer, subject.estimate()) {
                 let bbox = answer.bbox.unwrap_or(estimate.bbox);
                 let (frame, seconds) = (index, answer.seconds);
-                watcher.see(Watched { frame, picture, bbox, estimate, seconds })?;
+                observer.observe(ObservedFrame { frame, picture, bbox, estimate, seconds })?;
             }
             Ok(answer)
         })?;
@@ -220,7 +223,7 @@ pub fn of_bench(
             frames: Frames::Files(files.collect::<Result<_, Error>>()?),
             threads,
             side_by_side,
-            patience: options.entrant.patience(),
+            patience: options.tracker.patience(),
             paths: paths.clone(),
         })
     };

@@ -24,7 +24,7 @@ pub struct Options {
     /// Folder for the results.
     pub out: PathBuf,
     /// The tracker to run.
-    pub entrant: Entrant,
+    pub tracker: TrackerSpec,
     /// Where runs start.
     pub scheme: Scheme,
     /// Number of seeds for each target, counted up from the seed of the settings.
@@ -39,7 +39,7 @@ pub struct Options {
 
 /// A tracker to run.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Entrant {
+pub enum TrackerSpec {
     /// The tracker of this project.
     Patchlock {
         /// The preset to start from.
@@ -62,7 +62,7 @@ pub enum Entrant {
     },
 }
 
-impl Entrant {
+impl TrackerSpec {
     /// Time limit for each answer of an external program; zero for Patchlock, which has none.
     pub fn patience(&self) -> Duration {
         match self {
@@ -124,7 +124,7 @@ pub struct Plan<'a> {
 /// # Errors
 /// An error if the options are invalid, or if a file cannot be read or written.
 pub fn plan<'a>(options: &Options, dataset: &'a Dataset) -> Result<Plan<'a>, Error> {
-    let (subject, first_seed, paths) = options.entrant.identity()?;
+    let (subject, first_seed, paths) = options.tracker.identity()?;
     if dataset.layout == Layout::TruthOnly {
         return Err(Error::NoFrames { path: options.dataset.clone() });
     }
@@ -135,7 +135,7 @@ pub fn plan<'a>(options: &Options, dataset: &'a Dataset) -> Result<Plan<'a>, Err
     let (part, parts) = options.shard;
     let tasks = runner::shard(tasks, part, parts);
 
-    let (tracker, origin) = (options.entrant.folder_name()?, dataset.origin());
+    let (tracker, origin) = (options.tracker.folder_name()?, dataset.origin());
     let series = Series { tracker, scheme: options.scheme, subject, origin };
     let store = Store::open(&options.out, series)?;
     let all = tasks.len();

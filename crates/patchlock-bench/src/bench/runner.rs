@@ -14,10 +14,10 @@ use crate::Error;
 use crate::dataset::{Dataset, Sequence};
 
 /// Creates a tracker under test for a seed.
-pub type Make<'a> = &'a (dyn Fn(u64) -> Result<Box<dyn Subject>, Error> + Sync);
+pub type SubjectFactory<'a> = &'a (dyn Fn(u64) -> Result<Box<dyn Subject>, Error> + Sync);
 
 /// Receives progress, from any thread.
-pub trait Watch: Sync {
+pub trait ProgressListener: Sync {
     /// A run starts.
     fn begins(&self, task: &Task<'_>);
     /// One more frame was tracked.
@@ -80,29 +80,29 @@ pub fn tasks<'a>(
 pub fn run(
     tasks: &[Task<'_>],
     store: &Store,
-    make: Make<'_>,
+    make: SubjectFactory<'_>,
     jobs: usize,
     threads: usize,
-    watch: &dyn Watch,
+    listener: &dyn ProgressListener,
 ) -> Vec<Failure> {
     let next = AtomicUsize::new(0);
     let failures = Mutex::new(Vec::new());
     let work = || {
         while let Some(task) = tasks.get(next.fetch_add(1, Ordering::Relaxed)) {
-            if watch.stopped() {
+            if listener.stopped() {
                 return;
             }
-            watch.begins(task);
+            listener.begins(task);
             let mut done = 0;
-            let run = || one(task, store, make, jobs, threads, watch, &mut done);
+            let run = || one(task, store, make, jobs, threads, listener, &mut done);
             // Image decoders may panic on damaged files; that must not end the other runs.
             let result = catch_unwind(AssertUnwindSafe(run)).unwrap_or_else(|_| {
                 Err(Error::Subject("the run stopped unexpectedly (panic)".to_string()))
             });
             let left = task.frames.len() - done;
-            watch.ends(left, left == 0 && result.is_ok());
+            listener.ends(left, left == 0 && result.is_ok());
             // Ctrl-C also ends the programs under test, which is not a failure of theirs.
-            if let Some(error) = result.err().filter(|_| !watch.stopped()) {
+            if let Some(error) = result.err().filter(|_| !listener.stopped()) {
                 let run = label(task.seed, task.start.variant);
                 let failure = Failure { target: task.target.to_string(), run, error };
                 failures.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).push(failure);
@@ -125,21 +125,21 @@ pub fn label(seed: u64, variant: usize) -> String {
 fn one(
     task: &Task<'_>,
     store: &Store,
-    make: Make<'_>,
+    make: SubjectFactory<'_>,
     jobs: usize,
     threads: usize,
-    watch: &dyn Watch,
+    listener: &dyn ProgressListener,
     done: &mut usize,
 ) -> Result<(), Error> {
     let mut subject = make(task.seed)?;
-    let frames = task.frames.iter().take_while(|_| !watch.stopped()).map(Ok);
+    let frames = task.frames.iter().take_while(|_| !listener.stopped()).map(Ok);
     let trajectory = trace(frames, |file, is_first| {
         let answer = match is_first {
             true => subject.begin(file, task.start.bbox)?,
             false => subject.follow(file)?,
         };
         *done += 1;
-        watch.frame();
+        listener.frame();
         Ok(answer)
     })?;
     if *done < task.frames.len() {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::palette::Look;
+use super::palette::LineStyle;
 use crate::Error;
 use crate::dataset::Dataset;
 use crate::metrics::Curves;
@@ -21,7 +21,7 @@ pub struct ComparedTracker<'a> {
     /// The means over these targets.
     pub overall: Summary,
     /// The line style in every plot.
-    pub look: Look,
+    pub style: LineStyle,
 }
 
 impl ComparedTracker<'_> {
@@ -121,13 +121,13 @@ impl<'a> Comparison<'a> {
             let Some(overall) = score::summary(own.iter().copied(), &tracker.seeds) else {
                 continue;
             };
-            let look = Look::FIRST; // until the ranking is known
+            let style = LineStyle::FIRST; // until the ranking is known
             compared.push(ComparedTracker {
                 name: &tracker.name,
                 seeds: &tracker.seeds,
                 targets: own,
                 overall,
-                look,
+                style,
             });
         }
         if compared.is_empty() {
@@ -137,7 +137,7 @@ impl<'a> Comparison<'a> {
         let first =
             shown.first().and_then(|name| compared.iter().position(|tracker| tracker.name == name));
         let about = first.unwrap_or(0);
-        set_looks(&mut compared, about, shown);
+        set_styles(&mut compared, about, shown);
         Ok(Self { kind, targets, trackers: compared, about, notes })
     }
 
@@ -154,7 +154,7 @@ impl<'a> Comparison<'a> {
 
     /// Whether plots name the tracker regardless of its rank.
     pub fn is_shown(&self, tracker: &ComparedTracker) -> bool {
-        tracker.look.strong
+        tracker.style.strong
     }
 }
 
@@ -207,14 +207,14 @@ fn common_targets<'a>(
     (common, note)
 }
 
-fn set_looks(trackers: &mut [ComparedTracker], about: usize, shown: &[String]) {
+fn set_styles(trackers: &mut [ComparedTracker], about: usize, shown: &[String]) {
     let mut k = 0;
     for (index, tracker) in trackers.iter_mut().enumerate() {
-        tracker.look = if index == about {
-            Look::FIRST
+        tracker.style = if index == about {
+            LineStyle::FIRST
         } else {
             k += 1;
-            Look::other(k - 1, shown.iter().any(|name| name == tracker.name))
+            LineStyle::other(k - 1, shown.iter().any(|name| name == tracker.name))
         };
     }
 }

@@ -47,33 +47,39 @@ pub fn failures(overlaps: &[Option<f64>]) -> Vec<Range<usize>> {
 
 /// A frame to show as a thumbnail.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Moment {
+pub struct CaptionedFrame {
     /// Index of the frame in the sequence.
     pub frame: usize,
     /// The caption.
-    pub what: String,
+    pub caption: String,
 }
 
 /// The first frames of the `limit` longest failures, in order of time; or, without failures, the
 /// frame with the smallest overlap.
-pub fn moments(overlaps: &[Option<f64>], failures: &[Range<usize>], limit: usize) -> Vec<Moment> {
+pub fn captioned_frames(
+    overlaps: &[Option<f64>],
+    failures: &[Range<usize>],
+    limit: usize,
+) -> Vec<CaptionedFrame> {
     let mut longest: Vec<&Range<usize>> = failures.iter().collect();
     longest.sort_by_key(|failure| std::cmp::Reverse(failure.len()));
     longest.truncate(limit);
     longest.sort_by_key(|failure| failure.start);
     if !longest.is_empty() || limit == 0 {
-        let lost = |f: &Range<usize>| Moment {
+        let lost = |f: &Range<usize>| CaptionedFrame {
             frame: f.start,
-            what: format!("lost for {} frames", f.len()),
+            caption: format!("lost for {} frames", f.len()),
         };
         return longest.into_iter().map(lost).collect();
     }
     let given =
         overlaps.iter().enumerate().filter_map(|(frame, overlap)| Some((frame, (*overlap)?)));
     let smallest = given.min_by(|a, b| a.1.total_cmp(&b.1));
-    let moment =
-        |(frame, overlap)| Moment { frame, what: format!("smallest overlap, {overlap:.2}") };
-    smallest.map(moment).into_iter().collect()
+    let captioned_frame = |(frame, overlap)| CaptionedFrame {
+        frame,
+        caption: format!("smallest overlap, {overlap:.2}"),
+    };
+    smallest.map(captioned_frame).into_iter().collect()
 }
 
 /// A crop of the frame with the true and the tracked boxes, as an SVG element that contains a JPEG.
@@ -179,13 +185,13 @@ mod tests {
 
     #[test]
     fn the_longest_failures_are_shown_in_order_of_time() {
-        let what = |limit| moments(&[], &[5..8, 10..40, 50..60], limit);
+        let what = |limit| captioned_frames(&[], &[5..8, 10..40, 50..60], limit);
         assert_eq!(what(2).iter().map(|m| m.frame).collect::<Vec<_>>(), [10, 50]);
         assert_eq!(what(0), []);
         let fine = overlaps(&[1.0, 0.7, -1.0, 0.6, 0.8]);
         assert_eq!(
-            moments(&fine, &[], 2),
-            [Moment { frame: 3, what: "smallest overlap, 0.60".into() }]
+            captioned_frames(&fine, &[], 2),
+            [CaptionedFrame { frame: 3, caption: "smallest overlap, 0.60".into() }]
         );
     }
 

@@ -20,7 +20,7 @@ pub use svg::{FAMILY, FONT, png};
 
 use crate::Error;
 use crate::bench::store::sha256;
-use crate::compare::{DRAWS, Draws, MIN_TARGETS, holm};
+use crate::compare::{BootstrapSamples, DRAWS, MIN_TARGETS, holm};
 use crate::dataset::{Dataset, OTB_ATTRIBUTES};
 use crate::metrics::Curves;
 use crate::protocol::{DP_INDEX, Protocol};
@@ -76,7 +76,7 @@ pub fn build(
     let comparison = Comparison::new(board, truth, &options.shown)?;
     let overall = overall_plots(&comparison, protocol, options);
     let attributes = attribute_plots(&comparison, protocol, options);
-    let draws = Draws::new(comparison.targets.len(), DRAWS, options.seed);
+    let draws = BootstrapSamples::new(comparison.targets.len(), DRAWS, options.seed);
     let pairs = interval_plot(&comparison, &draws);
     let reliability = reliability_plot(&comparison, options);
     let (sequences, faults) = page::sequences(&comparison, truth, options);
@@ -172,15 +172,15 @@ fn speed_plot(comparison: &Comparison) -> Option<Plot> {
     let point = |tracker| {
         let tracker: &ComparedTracker = tracker;
         let fps = tracker.overall.fps.map(|fps| fps.mean).filter(|fps| *fps > 0.0)?;
-        Some((tracker.name.to_string(), fps, tracker.overall.auc.mean, tracker.look))
+        Some((tracker.name.to_string(), fps, tracker.overall.auc.mean, tracker.style))
     };
     let known: Vec<_> = comparison.trackers.iter().filter_map(point).collect();
     let title = format!("Accuracy and speed, {}", comparison.size());
-    let points = known.iter().map(|(name, fps, auc, look)| Point {
+    let points = known.iter().map(|(name, fps, auc, style)| Point {
         name,
         fps: *fps,
         auc: *auc,
-        look: *look,
+        style: *style,
     });
     (known.len() > 1).then(|| Speed { title, points: points.collect() }.plot())
 }
@@ -190,12 +190,12 @@ fn reliability_plot(comparison: &Comparison, options: &Options) -> Option<Plot> 
     let known = comparison.trackers.iter().filter_map(|tracker| {
         let pooled = &tracker.overall.calibration.as_ref()?.pooled;
         let (bins, ece) = (pooled.bins(), pooled.ece()?);
-        Some(reliability::Line { name: tracker.name, bins, ece, look: tracker.look })
+        Some(reliability::Line { name: tracker.name, bins, ece, style: tracker.style })
     });
     let mut lines: Vec<_> = known.collect();
     lines.sort_by(|a, b| a.ece.total_cmp(&b.ece));
     let mut rank = 0..;
-    lines.retain(|line| rank.next().is_some_and(|rank| rank < options.best) || line.look.strong);
+    lines.retain(|line| rank.next().is_some_and(|rank| rank < options.best) || line.style.strong);
     let title = format!("Reliability of the score, {}", comparison.size());
     (!lines.is_empty()).then(|| Reliability { title, lines }.plot())
 }
@@ -216,7 +216,7 @@ fn curve_plot(
         name: tracker.name,
         values: (measure.curve)(&summary.curves),
         score: (measure.score)(summary),
-        look: (rank < options.best || tracker.look.strong).then_some(tracker.look),
+        style: (rank < options.best || tracker.style.strong).then_some(tracker.style),
     });
     curves::Curves {
         file,
@@ -285,7 +285,7 @@ fn attributes_of(comparison: &Comparison) -> Vec<(String, String)> {
 
 /// The differences between the tracker of the report and each other one; `None` if there is no
 /// other, or there are too few targets.
-fn interval_plot(comparison: &Comparison, draws: &Draws) -> Option<Plot> {
+fn interval_plot(comparison: &Comparison, draws: &BootstrapSamples) -> Option<Plot> {
     if comparison.targets.len() < MIN_TARGETS {
         return None;
     }

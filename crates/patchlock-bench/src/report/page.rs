@@ -8,7 +8,7 @@ use patchlock::{BoundingBox, Status};
 use serde::Serialize;
 
 use super::comparison::{ComparedTracker, Comparison};
-use super::failures::{self, MIN_FRAMES, Moment};
+use super::failures::{self, CaptionedFrame, MIN_FRAMES};
 use super::palette::{self, Theme};
 use super::plots::Plot;
 use super::plots::timeline::{Timeline, Track, middle};
@@ -144,7 +144,7 @@ fn track<'a>(tracker: &ComparedTracker<'a>, target: &TargetScore) -> Track<'a> {
     };
     Track {
         name: tracker.name,
-        look: tracker.look,
+        style: tracker.style,
         mean: (0..frames).map(|frame| mean(at(frame))).collect(),
         range: (passes.len() > 1).then(|| (0..frames).map(|frame| ends(at(frame))).collect()),
         auc: tracker.mean(target, Curves::auc),
@@ -177,12 +177,14 @@ fn thumbnails(
         return Vec::new();
     }
     let mut thumbnails = Vec::new();
-    for Moment { frame, what } in failures::moments(overlaps, lost, options.thumbnails) {
+    for CaptionedFrame { frame, caption } in
+        failures::captioned_frames(overlaps, lost, options.thumbnails)
+    {
         let passes = passes(about, about.targets[index]);
         let boxes = passes.iter().filter_map(|pass| pass.boxes.get(frame).copied().flatten());
         let boxes: Vec<BoundingBox> = boxes.collect();
         match failures::thumbnail(sequence, frame, &boxes) {
-            Ok(svg) => thumbnails.push(Thumbnail { frame, what, svg }),
+            Ok(svg) => thumbnails.push(Thumbnail { frame, what: caption, svg }),
             Err(reason) => faults.push(reason),
         }
     }

@@ -49,14 +49,14 @@ pub enum Theme {
 
 /// The line style of a tracker.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Look {
+pub struct LineStyle {
     hue: usize,
     round: usize,
     /// Whether the line is thicker, for the trackers that are always named.
     pub strong: bool,
 }
 
-impl Look {
+impl LineStyle {
     /// The look of the tracker that the report is about.
     pub const FIRST: Self = Self { hue: 0, round: 0, strong: true };
 
@@ -122,9 +122,9 @@ mod tests {
 
     #[test]
     fn many_trackers_look_different() {
-        let looks: HashSet<String> = (0..36).map(|k| Look::other(k, false).line()).collect();
-        assert_eq!(looks.len(), 36);
-        assert!(!looks.iter().any(|look| look.contains("\"c0\"")));
+        let styles: HashSet<String> = (0..36).map(|k| LineStyle::other(k, false).line()).collect();
+        assert_eq!(styles.len(), 36);
+        assert!(!styles.iter().any(|style| style.contains("\"c0\"")));
     }
 
     #[test]

@@ -23,19 +23,19 @@ struct Cell {
     spread: Option<String>,
     best: bool,
     #[serde(skip)]
-    better: Better,
+    better: BestValue,
 }
 
 /// Which values of a column are better.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Better {
+enum BestValue {
     Larger,
     Smaller,
     Neither,
 }
 
 impl Cell {
-    fn of(measure: Option<Measure>, digits: usize, better: Better) -> Self {
+    fn of(measure: Option<Measure>, digits: usize, better: BestValue) -> Self {
         Self {
             value: measure.map(|m| m.mean),
             text: measure.map_or("-".to_string(), |m| format!("{:.digits$}", m.mean)),
@@ -52,12 +52,12 @@ pub fn accuracy<'a>(comparison: &'a Comparison) -> Vec<Row<'a>> {
         let all = &tracker.overall;
         let accuracy = [all.auc, all.dp20, all.success50, all.mean_overlap, all.norm_precision];
         let mut cells: Vec<Cell> =
-            accuracy.into_iter().map(|m| Cell::of(Some(m), 3, Better::Larger)).collect();
-        cells.push(Cell::of(Some(all.lost_share), 3, Better::Smaller));
-        cells.push(Cell::of(all.overlap_not_lost, 3, Better::Larger));
-        cells.push(Cell::of(all.fps, 1, Better::Larger));
+            accuracy.into_iter().map(|m| Cell::of(Some(m), 3, BestValue::Larger)).collect();
+        cells.push(Cell::of(Some(all.lost_share), 3, BestValue::Smaller));
+        cells.push(Cell::of(all.overlap_not_lost, 3, BestValue::Larger));
+        cells.push(Cell::of(all.fps, 1, BestValue::Larger));
         let seeds = Measure { mean: tracker.seeds.len() as f64, sd: None };
-        cells.push(Cell::of(Some(seeds), 0, Better::Neither));
+        cells.push(Cell::of(Some(seeds), 0, BestValue::Neither));
         Some(cells)
     })
 }
@@ -73,14 +73,14 @@ pub fn said<'a>(comparison: &'a Comparison) -> Vec<Row<'a>> {
         let score =
             |value: fn(&CalibrationSummary) -> Option<Measure>| score.as_ref().and_then(value);
         Some(vec![
-            Cell::of(status(|s| s.precision), 3, Better::Larger),
-            Cell::of(status(|s| s.recall), 3, Better::Larger),
-            Cell::of(status(|s| s.false_lost), 3, Better::Smaller),
-            Cell::of(status(|s| s.first_lost), 1, Better::Neither),
-            Cell::of(status(|s| Some(s.losses)), 2, Better::Neither),
-            Cell::of(status(|s| Some(s.recoveries)), 2, Better::Neither),
-            Cell::of(score(|s| s.ece), 3, Better::Smaller),
-            Cell::of(score(|s| s.auroc), 3, Better::Larger),
+            Cell::of(status(|s| s.precision), 3, BestValue::Larger),
+            Cell::of(status(|s| s.recall), 3, BestValue::Larger),
+            Cell::of(status(|s| s.false_lost), 3, BestValue::Smaller),
+            Cell::of(status(|s| s.first_lost), 1, BestValue::Neither),
+            Cell::of(status(|s| Some(s.losses)), 2, BestValue::Neither),
+            Cell::of(status(|s| Some(s.recoveries)), 2, BestValue::Neither),
+            Cell::of(score(|s| s.ece), 3, BestValue::Smaller),
+            Cell::of(score(|s| s.auroc), 3, BestValue::Larger),
         ])
     })
 }
@@ -91,7 +91,7 @@ fn rows<'a>(
     cells: impl Fn(&ComparedTracker) -> Option<Vec<Cell>>,
 ) -> Vec<Row<'a>> {
     let row = |(rank, tracker): (usize, &'a ComparedTracker)| {
-        let line = tracker.look.line();
+        let line = tracker.style.line();
         Some(Row {
             rank: rank + 1,
             name: tracker.name,
@@ -104,9 +104,9 @@ fn rows<'a>(
     for column in 0..rows.first().map_or(0, |row| row.cells.len()) {
         let values = rows.iter().filter_map(|row| row.cells[column].value);
         let best = match rows[0].cells[column].better {
-            Better::Larger => values.max_by(f64::total_cmp),
-            Better::Smaller => values.min_by(f64::total_cmp),
-            Better::Neither => None,
+            BestValue::Larger => values.max_by(f64::total_cmp),
+            BestValue::Smaller => values.min_by(f64::total_cmp),
+            BestValue::Neither => None,
         };
         for cell in rows.iter_mut().map(|row| &mut row.cells[column]) {
             cell.best = best.is_some() && cell.value == best;

@@ -2,7 +2,7 @@
 
 use super::attributes_of;
 use super::comparison::{ComparedTracker, Comparison};
-use crate::compare::Draws;
+use crate::compare::BootstrapSamples;
 use crate::metrics::{Calibration, Curves, StatusCounts};
 use crate::score::{self, Measure, TargetScore};
 
@@ -118,7 +118,7 @@ pub fn attributes(comparison: &Comparison) -> Vec<Vec<String>> {
 }
 
 /// One row per pair of trackers.
-pub fn pairs(comparison: &Comparison, draws: &Draws) -> Vec<Vec<String>> {
+pub fn pairs(comparison: &Comparison, draws: &BootstrapSamples) -> Vec<Vec<String>> {
     let head =
         "first,second,targets,auc_mean,auc_low,auc_high,auc_p,dp20_mean,dp20_low,dp20_high,dp20_p";
     let mut table = vec![cells(head)];

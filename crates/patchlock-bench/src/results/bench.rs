@@ -28,7 +28,7 @@ pub fn read(folder: &Path, truth: &Dataset) -> Result<Vec<Results>, Error> {
             }
         };
         let mut results = Results::new(name, Layout::Bench);
-        let mut times = Times::default();
+        let mut times = TimingConditions::default();
         for target in entries(&inner)?.into_iter().filter(|path| path.is_dir()) {
             read_target(&target, &manifest, truth.origin(), &mut results, &mut times)?;
         }
@@ -65,12 +65,12 @@ fn leave_out_incomplete(results: &mut Results, scheme: Scheme, truth: &Dataset) 
 
 /// The conditions under which the runs were timed.
 #[derive(Default)]
-struct Times {
+struct TimingConditions {
     parallel: bool,
     machines: BTreeSet<(String, usize)>,
 }
 
-impl Times {
+impl TimingConditions {
     fn add(&mut self, manifest: &RunManifest) {
         self.parallel |= manifest.jobs > 1;
         self.machines.insert((manifest.machine.processor.clone(), manifest.threads));
@@ -92,7 +92,7 @@ fn read_target(
     tracker: &Manifest,
     origin: f64,
     results: &mut Results,
-    times: &mut Times,
+    times: &mut TimingConditions,
 ) -> Result<(), Error> {
     let mut unfinished = Vec::new();
     for file in entries(folder)?.into_iter().filter(|path| ends_with(path, "txt")) {

@@ -87,7 +87,7 @@ pub struct TrackerScore {
 
 /// A tracker that cannot be scored.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Refused {
+pub struct UnscoredTracker {
     /// Name of the tracker.
     pub name: String,
     /// Everything that is wrong with its results.
@@ -101,7 +101,7 @@ pub struct Scoreboard {
     pub trackers: Vec<TrackerScore>,
     /// The others. They are not scored on the targets whose results happen to be valid, which would
     /// be misleading.
-    pub refused: Vec<Refused>,
+    pub refused: Vec<UnscoredTracker>,
     /// The targets with invalid ground truth and the reasons; no tracker is scored on them.
     pub without_truth: Vec<String>,
 }
@@ -114,7 +114,9 @@ pub fn scoreboard(results: &[Results], truth: &Dataset, protocol: &Protocol) -> 
     for results in results {
         match tracker(results, truth, protocol) {
             Ok(score) => board.trackers.push(score),
-            Err(reasons) => board.refused.push(Refused { name: results.name.clone(), reasons }),
+            Err(reasons) => {
+                board.refused.push(UnscoredTracker { name: results.name.clone(), reasons })
+            }
         }
     }
     board

@@ -6,7 +6,9 @@ use std::path::{Path, PathBuf};
 use image::RgbImage;
 use patchlock::{BoundingBox, Status};
 use patchlock_bench::dataset::{Dataset, Layout};
-use patchlock_track::export::{self, About, Entry, Format, KeyFrames, Options, Selection, Track};
+use patchlock_track::export::{
+    self, Entry, Format, KeyFrames, Options, Selection, TargetMetadata, Track,
+};
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -20,7 +22,7 @@ fn track() -> Track {
         score,
         corners,
         status: None,
-        said: None,
+        manual: None,
     };
     let corners = [[9.5, 4.5], [29.5, 4.5], [29.5, 14.5], [9.5, 14.5]];
     Track::new(vec![
@@ -77,7 +79,7 @@ fn lost_track(blank: bool) -> Track {
         let bbox = BoundingBox { x, y: 5.0, w: 20.0, h: 10.0 };
         let bbox = Some(bbox).filter(|_| !(blank && status == Lost));
         let (score, status) = (Some(0.75), Some(status));
-        Entry { frame, id: 1, bbox, score, corners: None, status, said: None }
+        Entry { frame, id: 1, bbox, score, corners: None, status, manual: None }
     };
     Track::new(statuses.into_iter().enumerate().map(entry).collect()).unwrap()
 }
@@ -391,7 +393,7 @@ fn rotated_boxes_of_yolo_are_the_outlines() {
         score: None,
         corners,
         status: Some(status),
-        said: None,
+        manual: None,
     };
     let turned = [[19.5, -4.5], [29.5, 9.5], [19.5, 14.5], [9.5, 9.5]];
     let track = Track::new(vec![
@@ -423,7 +425,7 @@ fn rotated_boxes_of_cvat_have_the_sides_before_they_are_turned() {
         score: None,
         corners,
         status: Some(status),
-        said: None,
+        manual: None,
     };
     let diamond = [[19.5, 4.5], [29.5, 14.5], [19.5, 24.5], [9.5, 14.5]];
     let right = [[29.5, 4.5], [29.5, 24.5], [9.5, 24.5], [9.5, 4.5]];
@@ -643,7 +645,7 @@ fn long_track() -> Track {
             score,
             corners: None,
             status: Some(status),
-            said: None,
+            manual: None,
         }
     };
     Track::new((0..=30).map(entry).collect()).unwrap()
@@ -748,9 +750,9 @@ fn boxes_of_frames_of_different_lengths_are_where_label_studio_shows_them() {
     // Five frames in half a second, at ten per second in the mean; the second one is long.
     let (keys, notes) = written(&[0.0, 0.01, 0.31, 0.4, 0.405, 0.5]);
     assert_eq!(keys, [(1, 0.01), (4, 0.31), (5, 0.405), (6, 0.5)]);
-    let said = "the frames of this clip differ in length, so a box is in the frame that is shown at its \
+    let note = "the frames of this clip differ in length, so a box is in the frame that is shown at its \
                 time; give the Video of the project framerate=\"10\"";
-    assert_eq!(notes, [said]);
+    assert_eq!(notes, [note]);
     let (_, notes) = written(&[0.0]);
     assert!(notes.is_empty());
 }
@@ -865,7 +867,7 @@ fn nested(targets: usize) -> Track {
         score: None,
         corners: None,
         status: None,
-        said: None,
+        manual: None,
     };
     let both = |id| [entry(id, id), entry(2 * targets - 1 - id, id)];
     Track::new((0..targets).flat_map(both).collect()).unwrap()
@@ -896,14 +898,21 @@ fn many_targets_are_written_in_a_time_that_follows_their_number() {
         score: None,
         corners: None,
         status: None,
-        said: None,
+        manual: None,
     };
-    let about = |id: u64| {
+    let metadata = |id: u64| {
         let attributes = [(format!("a{id}"), "b".to_owned())].into();
-        (id, About { label: format!("label {id}"), attributes, ..About::default() })
+        (
+            id,
+            TargetMetadata {
+                label: format!("label {id}"),
+                attributes,
+                ..TargetMetadata::default()
+            },
+        )
     };
     let track = Track::new((0..TARGETS).map(entry).collect()).unwrap();
-    let track = track.with_targets((0..TARGETS).map(about).collect());
+    let track = track.with_targets((0..TARGETS).map(metadata).collect());
     let formats = [
         format_named("mot"),
         format_named("coco"),

@@ -3,7 +3,9 @@
 use std::fs;
 
 use patchlock::{BoundingBox, Status};
-use patchlock_track::export::{self, About, Entry, Options, Said, Selection, Track, Written};
+use patchlock_track::export::{
+    self, Entry, ExportSummary, ManualFlags, Options, Selection, TargetMetadata, Track,
+};
 use serde_json::Value;
 
 use crate::export::{Workspace, choosing, format_named, options, text};
@@ -19,16 +21,16 @@ fn doubtful_track() -> Track {
             8 | 9 => Lost,
             _ => Uncertain,
         };
-        let (status, said) =
-            if frame == 6 { (None, Some(Said::default())) } else { (Some(status), None) };
-        let score = said.is_none().then_some(0.75);
-        Entry { frame, id: 1, bbox, score, corners: None, status, said }
+        let (status, manual) =
+            if frame == 6 { (None, Some(ManualFlags::default())) } else { (Some(status), None) };
+        let score = manual.is_none().then_some(0.75);
+        Entry { frame, id: 1, bbox, score, corners: None, status, manual }
     };
     let low = |frame| Entry { id: 2, score: Some(0.25), status: Some(Tracked), ..entry(frame) };
     Track::new((0..12).map(entry).chain((2..5).map(low)).collect()).unwrap()
 }
 
-fn chosen(format: &str, selection: Selection) -> (Workspace, Written) {
+fn chosen(format: &str, selection: Selection) -> (Workspace, ExportSummary) {
     let workspace = Workspace::new();
     let options = Options { selection, ..options(format_named(format)) };
     let written = export::write(&doubtful_track(), &options, &workspace.path("out"), false);
@@ -115,14 +117,15 @@ fn boxes_are_chosen_by_status_score_and_frame() {
 #[test]
 fn a_selection_of_nothing_is_refused_and_classes_stay() {
     let workspace = Workspace::new();
-    let about = |label: &str| About { label: label.to_owned(), ..About::default() };
-    let labels = [(1, about("boat")), (2, about("car"))].into();
+    let metadata =
+        |label: &str| TargetMetadata { label: label.to_owned(), ..TargetMetadata::default() };
+    let labels = [(1, metadata("boat")), (2, metadata("car"))].into();
     let first = doubtful_track().with_targets(labels);
     let only = Selection { min_score: Some(1.0), ..Selection::default() };
     let options = choosing(only, &options(format_named("yolo")));
     export::write(&first, &options, &workspace.path("a"), false).unwrap();
     assert!(text(workspace.path("a/data.yaml")).ends_with("names:\n  0: \"boat\"\n  1: \"car\"\n"));
-    let entries = first.entries().iter().filter(|entry| entry.said.is_none()).copied().collect();
+    let entries = first.entries().iter().filter(|entry| entry.manual.is_none()).copied().collect();
     let out = workspace.path("b");
     let error = export::write(&Track::new(entries).unwrap(), &options, &out, false).unwrap_err();
     let expected = "no box is to be written: left out 14 of 14 boxes: 5 uncertain, 2 lost, 7 with a lower score";

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::support::{Folder, rows};
 use patchlock::{BoundingBox, Preset, Status, TrackerConfig};
-use patchlock_bench::bench::runner::{self, Watch};
+use patchlock_bench::bench::runner::{self, ProgressListener};
 use patchlock_bench::bench::schemes::{Scheme, Start};
 use patchlock_bench::bench::store::{
     Clip, Footage, Identity, Run, Series, Store, Task, Trajectory,
@@ -173,9 +173,9 @@ fn the_recorded_preset_has_the_method_in_use() {
 }
 
 /// Reports the given box, then none; panics on the target `bad`.
-struct PanicsOnBad;
+struct PanickingTracker;
 
-impl Subject for PanicsOnBad {
+impl Subject for PanickingTracker {
     fn begin(&mut self, frame: &Path, bbox: BoundingBox) -> Result<Answer, Error> {
         assert!(!frame.starts_with("bad"), "a decoder may panic on a damaged file");
         Ok(Answer::of_box(Some(bbox), 0.1))
@@ -186,9 +186,9 @@ impl Subject for PanicsOnBad {
     }
 }
 
-struct NoWatch;
+struct NoProgress;
 
-impl Watch for NoWatch {
+impl ProgressListener for NoProgress {
     fn begins(&self, _: &Task<'_>) {}
     fn frame(&self) {}
     fn ends(&self, _: usize, _: bool) {}
@@ -207,8 +207,8 @@ fn a_panic_in_one_run_does_not_stop_the_others() {
     let (bad, good) = (["bad/1.png".into()], ["good/1.png".into(), "good/2.png".into()]);
     let task = |target, frames| Task { target, frames, seed: 0, start };
     let tasks = [task("bad", &bad[..]), task("good", &good[..])];
-    let make = |_| Ok(Box::new(PanicsOnBad) as Box<dyn Subject>);
-    let failures = runner::run(&tasks, &store, &make, 1, 1, &NoWatch);
+    let make = |_| Ok(Box::new(PanickingTracker) as Box<dyn Subject>);
+    let failures = runner::run(&tasks, &store, &make, 1, 1, &NoProgress);
     assert_eq!((failures.len(), failures[0].target.as_str()), (1, "bad"));
     assert!(!store.holds(&tasks[0].run()).unwrap() && store.holds(&tasks[1].run()).unwrap());
 }

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use anyhow::Result;
 use clap::Args;
-use patchlock_bench::bench::plan::{self, Entrant, MOST_SECONDS, MOST_SEEDS, Options, Plan};
+use patchlock_bench::bench::plan::{self, MOST_SECONDS, MOST_SEEDS, Options, Plan, TrackerSpec};
 use patchlock_bench::bench::runner;
 use patchlock_bench::bench::schemes::Scheme;
 use patchlock_bench::bench::store::{Store, Task};
@@ -145,7 +145,7 @@ impl BenchArgs {
         Options {
             dataset: self.dataset.clone(),
             out: self.out.clone(),
-            entrant: self.entrant(),
+            tracker: self.tracker(),
             scheme: self.protocol,
             seeds: self.seeds,
             sequences: self.sequences.clone(),
@@ -154,15 +154,15 @@ impl BenchArgs {
         }
     }
 
-    fn entrant(&self) -> Entrant {
+    fn tracker(&self) -> TrackerSpec {
         match &self.cmd {
-            None => Entrant::Patchlock {
+            None => TrackerSpec::Patchlock {
                 preset: self.preset.clone(),
                 config: self.config.clone(),
                 paths: self.model.paths(),
                 name: self.name.clone(),
             },
-            Some(command) => Entrant::Program {
+            Some(command) => TrackerSpec::Program {
                 command: command.clone(),
                 // clap requires the name together with --cmd.
                 name: self.name.clone().unwrap_or_default(),
@@ -189,7 +189,7 @@ pub fn run(args: &BenchArgs) -> Result<()> {
     let jobs = args.jobs;
     let threads = threads_each(args.threads, jobs);
     let subject = &store.series().subject;
-    let make = |seed| trackers::start(subject, seed, threads, options.entrant.patience());
+    let make = |seed| trackers::start(subject, seed, threads, options.tracker.patience());
     let progress = RunsProgress::new(&tasks, args.quiet);
     failures.extend(runner::run(&tasks, &store, &make, jobs, threads, &progress));
     let made = progress.finish();

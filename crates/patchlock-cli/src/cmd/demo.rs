@@ -13,18 +13,18 @@ use patchlock_track::files;
 
 use crate::failure::{Failure, failed, interrupted, usage};
 use crate::interrupt;
-use crate::output::behind::Behind;
+use crate::output::background_sink::BackgroundSink;
 use crate::output::chart::Chart;
 use crate::output::draw;
-use crate::output::measured::Loss;
+use crate::output::measurements::LostSpan;
 use crate::output::pending::PendingFile;
 use crate::output::printed::{print, quoted};
-use crate::output::row::Lost;
+use crate::output::row::LostPosition;
 use crate::output::strip::{self, Panel};
 use crate::output::tables::{Format, Table};
 use crate::output::video::{QUALITY, Video};
 use crate::output::view::{Style, View};
-use crate::output::{Seen, Sink, Tracked};
+use crate::output::{Sink, TargetResult, TrackedFrame};
 use crate::progress::Progress;
 use crate::run::Run;
 use crate::targets::Targets;
@@ -94,8 +94,8 @@ fn show(args: &DemoArgs, program: &str) -> Result<()> {
     let frames = frames.map(|k| Ok((k, rendered(&scene, k))));
     run.track_all(&mut targets, frames, &progress, |tracked| show.add(&scene, tracked))?;
     progress.finish("");
-    let (count, fps) = (run.measured().frames(), run.measured().fps());
-    let losses = run.measured().losses().to_vec();
+    let (count, fps) = (run.measurements().frames(), run.measurements().fps());
+    let losses = run.measurements().losses().to_vec();
     if count < scene.len() {
         let message = format!("stopped after {count} frames; nothing was written");
         return Err(interrupted(message).into());
@@ -133,7 +133,7 @@ fn prepare(out: &Path, overwrite: bool) -> Result<(), Failure> {
 }
 
 /// Opens the files. The run writes the boxes and the video with the track.
-fn begin(out: &Path, scene: &Scene) -> Result<(Run, Show)> {
+fn begin(out: &Path, scene: &Scene) -> Result<(Run, DemoOutput)> {
     let create = |name: &str| PendingFile::create(&out.join(name), true);
     let first = scene.frame(0);
     let input = create("input.mp4")?;
@@ -141,24 +141,24 @@ fn begin(out: &Path, scene: &Scene) -> Result<(Run, Show)> {
     let frames = Some(scene.len());
     // The video first: completing it may still fail, before the other files are in place.
     let sinks: Vec<Box<dyn Sink>> = vec![
-        Box::new(Behind::new(Video::new(
+        Box::new(BackgroundSink::new(Video::new(
             create("demo.mp4")?,
             FrameRate::DEFAULT,
             View::new(Style::default()),
             QUALITY,
             frames,
         ))),
-        Box::new(Table::new(Format::Csv, Lost::Keep, create("demo.csv")?)),
+        Box::new(Table::new(Format::Csv, LostPosition::Keep, create("demo.csv")?)),
     ];
     let run = Run::new(TrackerConfig::default(), None, false, sinks)?;
     let input = Mp4Writer::new(input, first.width, first.height, FrameRate::DEFAULT, frames)
         .map_err(&write_error)?;
-    let show = Show {
+    let show = DemoOutput {
         input,
         write_error,
         overlap: Vec::new(),
         score: Vec::new(),
-        moments: moments(scene),
+        strip_frames: strip_frames(scene),
         away: false,
         panels: Vec::new(),
     };
@@ -172,21 +172,21 @@ fn rendered(scene: &Scene, k: usize) -> Picture {
 }
 
 /// What the demo shows beside the outputs of the run, and the measurements so far.
-struct Show {
+struct DemoOutput {
     input: Mp4Writer<PendingFile>,
     /// Adds the name of `input` to errors.
     write_error: Box<dyn Fn(Error) -> Failure>,
     overlap: Vec<f64>,
     score: Vec<f64>,
-    moments: Vec<Moment>,
+    strip_frames: Vec<StripFrame>,
     /// Whether the target was lost and has not been tracked since.
     away: bool,
     panels: Vec<Panel>,
 }
 
-impl Show {
+impl DemoOutput {
     /// Adds a tracked frame.
-    fn add(&mut self, scene: &Scene, tracked: &Tracked<'_>) -> Result<()> {
+    fn add(&mut self, scene: &Scene, tracked: &TrackedFrame<'_>) -> Result<()> {
         self.input.push(&tracked.picture.to_rgb()).map_err(&self.write_error)?;
         let target = tracked.targets.first().context("there is a target")?;
         let overlap = target.bbox.overlap(&truth_box(scene, tracked.frame));
@@ -195,8 +195,11 @@ impl Show {
         let status = target.estimate.status;
         let found = self.away && status == Status::Tracked;
         self.away = !found && (self.away || status == Status::Lost);
-        let moment = self.moments.iter().find(|moment| moment.frame == tracked.frame);
-        let what = moment.map(|moment| moment.what.as_str()).or(found.then_some("found again"));
+        let strip_frame =
+            self.strip_frames.iter().find(|strip_frame| strip_frame.frame == tracked.frame);
+        let what = strip_frame
+            .map(|strip_frame| strip_frame.caption.as_str())
+            .or(found.then_some("found again"));
         if let Some(what) = what {
             let visible = !scene.truth(tracked.frame).is_absent();
             self.panels.push(panel(target, tracked, what, visible.then_some(overlap)));
@@ -237,8 +240,13 @@ impl Show {
 
 /// A crop of the frame around the target, annotated like a whole frame. There is no overlap where
 /// nothing of the target is visible.
-fn panel(target: &Seen, tracked: &Tracked<'_>, what: &str, overlap: Option<f64>) -> Panel {
-    let Tracked { picture, frame, ms, .. } = *tracked;
+fn panel(
+    target: &TargetResult,
+    tracked: &TrackedFrame<'_>,
+    what: &str,
+    overlap: Option<f64>,
+) -> Panel {
+    let TrackedFrame { picture, frame, ms, .. } = *tracked;
     let side = PANEL.min(picture.width).min(picture.height);
     let begin = |centre: f64, length: usize| {
         ((centre - side as f64 / 2.0).max(0.0) as usize).min(length - side)
@@ -254,7 +262,7 @@ fn panel(target: &Seen, tracked: &Tracked<'_>, what: &str, overlap: Option<f64>)
     Panel {
         width: side,
         height: side,
-        rgb: draw::annotate(&Tracked { frame, ms, targets: &targets, picture: &part }),
+        rgb: draw::annotate(&TrackedFrame { frame, ms, targets: &targets, picture: &part }),
         title: what.to_string(),
         status: estimate.status.to_string().to_uppercase(),
         note: overlap.map_or_else(String::new, |overlap| format!("overlap {overlap:.2}")),
@@ -298,14 +306,14 @@ fn about() -> String {
 }
 
 /// A frame to show in the strip.
-struct Moment {
+struct StripFrame {
     frame: usize,
-    what: String,
+    caption: String,
 }
 
 /// The first frame and the frames in which each difficulty is greatest, in temporal order. The
 /// middle of the frames in which the target is hidden completely stands for all of them.
-fn moments(scene: &Scene) -> Vec<Moment> {
+fn strip_frames(scene: &Scene) -> Vec<StripFrame> {
     let percent = |share: f64| format!("{:.0} %", 100.0 * share);
     let most = |value: &dyn Fn(usize) -> f64| {
         (1..scene.len()).max_by(|&a, &b| value(a).total_cmp(&value(b))).unwrap_or(0)
@@ -316,21 +324,24 @@ fn moments(scene: &Scene) -> Vec<Moment> {
     let hidden = absent.get(absent.len() / 2).copied();
     let hidden = hidden.unwrap_or_else(|| most(&|k| scene.truth(k).hidden));
     let turn = |k: usize| format!("{:+.0}°", scene.truth(k).rotation.to_degrees());
-    let mut moments = vec![
-        Moment { frame: 0, what: "the given box".into() },
-        Moment {
+    let mut strip_frames = vec![
+        StripFrame { frame: 0, caption: "the given box".into() },
+        StripFrame {
             frame: turned,
-            what: format!("{} size, {}", percent(scene.truth(turned).scale), turn(turned)),
+            caption: format!("{} size, {}", percent(scene.truth(turned).scale), turn(turned)),
         },
-        Moment { frame: hidden, what: format!("{} hidden", percent(scene.truth(hidden).hidden)) },
-        Moment {
+        StripFrame {
+            frame: hidden,
+            caption: format!("{} hidden", percent(scene.truth(hidden).hidden)),
+        },
+        StripFrame {
             frame: darkest,
-            what: format!("{} light, {}", percent(scene.light(darkest).0), turn(darkest)),
+            caption: format!("{} light, {}", percent(scene.light(darkest).0), turn(darkest)),
         },
     ];
-    moments.sort_by_key(|moment| moment.frame);
-    moments.dedup_by_key(|moment| moment.frame);
-    moments
+    strip_frames.sort_by_key(|strip_frame| strip_frame.frame);
+    strip_frames.dedup_by_key(|strip_frame| strip_frame.frame);
+    strip_frames
 }
 
 /// The frames in which some of the target is visible, with their overlap.
@@ -362,7 +373,7 @@ fn print_summary(
     program: &str,
     out: &Path,
     scene: &Scene,
-    (overlap, losses): &(Vec<f64>, Vec<Loss>),
+    (overlap, losses): &(Vec<f64>, Vec<LostSpan>),
     fps: f64,
 ) {
     let seen = visible(scene, overlap);
@@ -378,7 +389,7 @@ fn print_summary(
         mean(&seen),
         seen.len(),
     );
-    for Loss { frame, returned, .. } in losses {
+    for LostSpan { frame, returned, .. } in losses {
         let returned =
             returned.map_or("not found again".to_string(), |k| format!("found in frame {k}"));
         text += &format!("Lost in frame {frame}, {returned}.\n");

@@ -8,7 +8,7 @@ use clap::builder::PossibleValuesParser;
 use patchlock_studio::export as of_project;
 use patchlock_studio::project::Store;
 use patchlock_track::export::{
-    self, Format, ImageUse, KeyFrames, Options, Purpose, Selection, Track, Written,
+    self, ExportSummary, Format, ImageUse, KeyFrames, Options, Purpose, Selection, Track,
 };
 
 use super::LimitArgs;
@@ -298,8 +298,8 @@ fn export_all(args: &ExportArgs) -> Result<()> {
 }
 
 /// Says what was written of all clips.
-fn say_all(args: &ExportArgs, written: &of_project::OfAll) {
-    let of_project::OfAll { written, train, val, empty } = written;
+fn say_all(args: &ExportArgs, written: &of_project::CombinedExport) {
+    let of_project::CombinedExport { written, train, val, empty } = written;
     let clips = train.len() + val.len();
     say(&format!(
         "{}: {} boxes of {} targets in {clips} clips, {} files",
@@ -342,8 +342,8 @@ fn export_track(args: &ExportArgs, track: &Track, labels: Vec<String>) -> Result
 }
 
 /// Says what was written.
-fn conclude(args: &ExportArgs, written: &Written) {
-    let Written { files, targets, boxes, .. } = written;
+fn conclude(args: &ExportArgs, written: &ExportSummary) {
+    let ExportSummary { files, targets, boxes, .. } = written;
     let plural = |count: usize| if count == 1 { "" } else { "s" };
     say(&format!(
         "{}: {} box{} of {targets} target{} in {files} file{}",
@@ -357,7 +357,7 @@ fn conclude(args: &ExportArgs, written: &Written) {
 }
 
 /// Says what was left out and what is doubtful.
-fn say_remarks(written: &Written) {
+fn say_remarks(written: &ExportSummary) {
     written.remarks().iter().for_each(|remark| say(remark));
 }
 

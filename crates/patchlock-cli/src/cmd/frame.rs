@@ -97,13 +97,13 @@ pub fn run(args: &FrameArgs) -> Result<()> {
     let mut canvas = Canvas::from_rgb(width, height, &picture.to_rgb())
         .with_context(|| format!("a frame of {width} x {height} pixels cannot be drawn on"))?;
     if let Some(centre) = args.around.as_deref() {
-        let part = Part::around(centre, args.side, [width, height])?;
+        let part = Viewport::around(centre, args.side, [width, height])?;
         let area = Area { x: part.x, y: part.y, w: part.side, h: part.side };
         let pixels = (part.side * part.scale) as usize;
         canvas = canvas.part(area, pixels).context("the part has no pixels")?;
         draw_grid(&mut canvas, &part);
     } else if args.grid {
-        draw_grid(&mut canvas, &Part::whole(width.max(height)));
+        draw_grid(&mut canvas, &Viewport::whole(width.max(height)));
     }
     write(&canvas, &out, args.overwrite)?;
     say(&format!("{}: frame {}, {width} x {height} pixels", out.display(), args.at));
@@ -118,7 +118,7 @@ fn read(source: &OsStr, at: usize, limits: Limits) -> Result<Picture, Failure> {
     }
     let order = Order { start: at, end: at.checked_add(1), stride: 1, reverse: false };
     let indices = order.indices(source.length())?;
-    match input::next(&mut input::ahead(source, indices), say)? {
+    match input::next(&mut input::prefetch(source, indices), say)? {
         Some((_, picture)) => Ok(picture),
         None => {
             Err(usage(format!("--at {at} is beyond the end of the source"))
@@ -152,14 +152,14 @@ const ENLARGED: f32 = 1200.0;
 
 /// The part of a frame that is shown: its upper left corner and larger side in pixels of the frame,
 /// and how many pixels of the picture each of them takes.
-struct Part {
+struct Viewport {
     x: f32,
     y: f32,
     side: f32,
     scale: f32,
 }
 
-impl Part {
+impl Viewport {
     fn whole(side: usize) -> Self {
         Self { x: 0.0, y: 0.0, side: side as f32, scale: 1.0 }
     }
@@ -191,7 +191,7 @@ impl Part {
 
 /// Draws a line every 1, 2 or 5 times a power of ten pixels of the frame, and their numbers at the
 /// upper and left side.
-fn draw_grid(canvas: &mut Canvas, part: &Part) {
+fn draw_grid(canvas: &mut Canvas, part: &Viewport) {
     let (width, height) = (canvas.width(), canvas.height());
     let longer = width.max(height);
     let step = step(part.side / if part.scale > 1.0 { FINE_LINES } else { LINES });
@@ -258,7 +258,7 @@ mod tests {
     #[test]
     fn the_part_around_a_pixel_stays_in_the_frame() {
         let part = |centre: &str| {
-            let Part { x, y, side, scale } = Part::around(centre, 100, [640, 80])?;
+            let Viewport { x, y, side, scale } = Viewport::around(centre, 100, [640, 80])?;
             Ok::<_, Failure>([x, y, side, scale])
         };
         assert_eq!(part("320,40").expect("inside"), [270.0, 0.0, 100.0, 12.0]);
@@ -281,7 +281,7 @@ mod tests {
     fn lines_of_a_part_have_the_numbers_of_the_frame() {
         let plain = Canvas::plain(1200, 1200, [90, 90, 90]);
         let mut canvas = plain.expect("a canvas");
-        draw_grid(&mut canvas, &Part { x: 273.0, y: 118.0, side: 100.0, scale: 12.0 });
+        draw_grid(&mut canvas, &Viewport { x: 273.0, y: 118.0, side: 100.0, scale: 12.0 });
         let rgb = canvas.to_rgb();
         let bright = |x: usize, y: usize| rgb[3 * (y * 1200 + x)] > 120;
         for k in 60..1200 {
@@ -294,7 +294,7 @@ mod tests {
     #[test]
     fn lines_are_where_their_numbers_say() {
         let mut canvas = Canvas::plain(320, 200, [90, 90, 90]).expect("a canvas");
-        draw_grid(&mut canvas, &Part::whole(320));
+        draw_grid(&mut canvas, &Viewport::whole(320));
         let rgb = canvas.to_rgb();
         let bright = |x: usize, y: usize| rgb[3 * (y * 320 + x)] > 120;
         // Beside the numbers: lines every 20 pixels.

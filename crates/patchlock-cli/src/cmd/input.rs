@@ -3,8 +3,8 @@
 use std::ffi::OsStr;
 
 use clap::Args;
-use patchlock_media::live::{Address, Live, Options};
-use patchlock_media::{Ahead, Feed, Limits, Order, Picture};
+use patchlock_media::live::{Address, LiveSource, Options};
+use patchlock_media::{Feed, Limits, Order, Picture, Prefetcher};
 
 use crate::failure::{Failure, usage};
 use crate::interrupt;
@@ -48,22 +48,22 @@ impl LiveArgs {
     pub fn open(&self, address: Address, order: &Order, limits: Limits) -> Feed {
         let reconnect = std::time::Duration::from_secs(self.reconnect);
         let options = Options { limits, start: order.start, end: order.end, reconnect };
-        Feed::Live(Live::open(address, options))
+        Feed::Live(LiveSource::open(address, options))
     }
 }
 
 /// Opens a live source to see one frame of it.
 pub fn open_once(address: Address, at: usize, limits: Limits) -> Feed {
     let (start, end, reconnect) = (at, None, std::time::Duration::ZERO);
-    Feed::Live(Live::open(address, Options { limits, start, end, reconnect }))
+    Feed::Live(LiveSource::open(address, Options { limits, start, end, reconnect }))
 }
 
 /// The frames of a source that has an end.
-pub fn ahead(
+pub fn prefetch(
     source: Box<dyn patchlock_media::FrameSource>,
     indices: Box<dyn Iterator<Item = usize> + Send>,
 ) -> Feed {
-    Feed::Ahead(Ahead::start(source, indices))
+    Feed::File(Prefetcher::start(source, indices))
 }
 
 /// The next frame with its number; `None` at the end or after Ctrl-C.

@@ -65,7 +65,7 @@ pub struct ScoreArgs {
 
     /// Also score parts of the dataset
     #[arg(long, value_name = "WHAT")]
-    by: Option<By>,
+    by: Option<Grouping>,
 
     /// Print JSON instead of tables
     #[arg(long)]
@@ -74,7 +74,7 @@ pub struct ScoreArgs {
 
 /// Parts of a dataset.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum By {
+pub enum Grouping {
     /// The targets that share an attribute
     Attribute,
     /// Each target
@@ -152,7 +152,7 @@ fn conclude(board: &Scoreboard) -> Result<()> {
 }
 
 /// The tables as text.
-fn tables(board: &Scoreboard, by: Option<By>) -> String {
+fn tables(board: &Scoreboard, by: Option<Grouping>) -> String {
     let mut text = String::new();
     if !board.trackers.is_empty() {
         let trackers = ranked(board);
@@ -163,8 +163,8 @@ fn tables(board: &Scoreboard, by: Option<By>) -> String {
     }
     let (what, parts) = match by {
         None => return text,
-        Some(By::Attribute) => ("attribute", score::attributes(&board.trackers)),
-        Some(By::Target) => ("target", each_target(board)),
+        Some(Grouping::Attribute) => ("attribute", score::attributes(&board.trackers)),
+        Some(Grouping::Target) => ("target", each_target(board)),
     };
     for (title, number) in NUMBERS {
         text +=
@@ -263,10 +263,10 @@ fn with_spread(measure: Measure) -> String {
 }
 
 /// A part of the dataset: its name and its targets.
-type Part = (String, Vec<String>);
+type TargetGroup = (String, Vec<String>);
 
-fn each_target(board: &Scoreboard) -> Vec<Part> {
-    let mut parts: Vec<Part> = Vec::new();
+fn each_target(board: &Scoreboard) -> Vec<TargetGroup> {
+    let mut parts: Vec<TargetGroup> = Vec::new();
     for target in board.trackers.iter().flat_map(|tracker| &tracker.targets) {
         if !parts.iter().any(|(name, _)| *name == target.target) {
             parts.push((target.target.clone(), vec![target.target.clone()]));
@@ -276,7 +276,7 @@ fn each_target(board: &Scoreboard) -> Vec<Part> {
 }
 
 /// One row per part, one column per tracker.
-fn part_table(board: &Scoreboard, what: &str, parts: &[Part], number: Number) -> TextTable {
+fn part_table(board: &Scoreboard, what: &str, parts: &[TargetGroup], number: Number) -> TextTable {
     let mut titles = vec![what, "targets"];
     titles.extend(board.trackers.iter().map(|tracker| tracker.name.as_str()));
     let mut table = TextTable::new(&titles);
@@ -295,7 +295,7 @@ fn part(tracker: &TrackerScore, targets: &[String]) -> Option<Summary> {
     score::summary(inside, &tracker.seeds)
 }
 
-fn json_of(board: &Scoreboard, by: Option<By>) -> Value {
+fn json_of(board: &Scoreboard, by: Option<Grouping>) -> Value {
     let trackers: Vec<Value> =
         board.trackers.iter().map(|tracker| tracker_json(board, tracker, by)).collect();
     let refused = board.refused.iter();
@@ -304,7 +304,7 @@ fn json_of(board: &Scoreboard, by: Option<By>) -> Value {
     json!({"trackers": trackers, "refused": refused, "without_truth": board.without_truth})
 }
 
-fn tracker_json(board: &Scoreboard, tracker: &TrackerScore, by: Option<By>) -> Value {
+fn tracker_json(board: &Scoreboard, tracker: &TrackerScore, by: Option<Grouping>) -> Value {
     let mut value = summary_json(&tracker.overall);
     value["name"] = json!(tracker.name);
     value["targets"] = json!(tracker.targets.len());
@@ -312,8 +312,8 @@ fn tracker_json(board: &Scoreboard, tracker: &TrackerScore, by: Option<By>) -> V
     value["notes"] = json!(tracker.notes);
     let parts = match by {
         None => return value,
-        Some(By::Attribute) => ("attributes", score::attributes(&board.trackers)),
-        Some(By::Target) => ("by_target", each_target(board)),
+        Some(Grouping::Attribute) => ("attributes", score::attributes(&board.trackers)),
+        Some(Grouping::Target) => ("by_target", each_target(board)),
     };
     let mut object = serde_json::Map::new();
     for (name, targets) in parts.1 {

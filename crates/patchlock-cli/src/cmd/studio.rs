@@ -9,7 +9,7 @@ use clap::builder::RangedU64ValueParser;
 use etcetera::BaseStrategy as _;
 use patchlock_media::{Helper, Limits};
 use patchlock_studio::project;
-use patchlock_studio::server::{self, Options, Patience, ProjectLocation, Server};
+use patchlock_studio::server::{self, Options, ProjectLocation, Server, Timeouts};
 use patchlock_track::files;
 
 use super::hosts::HostArgs;
@@ -134,7 +134,7 @@ pub fn run(args: &StudioArgs, helper: Option<Helper>) -> Result<()> {
             helper: helper.map(|it| &*Box::leak(Box::new(it))),
             ..args.limits.limits()
         },
-        patience: Patience::default(),
+        timeouts: Timeouts::default(),
         strangers: server::STRANGERS,
         uploads: args.uploads.clone(),
         upload_bytes: args.max_upload.saturating_mul(1 << 20),

@@ -21,8 +21,8 @@ use super::{LimitArgs, SEEDS_SHOWN, THREADS_SHOWN, seed, threads};
 use crate::failure::{Failure, interrupted, say, usage};
 use crate::interrupt;
 use crate::output::inputs::Inputs;
-use crate::output::plan::{Opened as Outputs, Plan};
-use crate::output::row::Lost;
+use crate::output::plan::{Outputs, Plan};
+use crate::output::row::LostPosition;
 use crate::output::summary::{Settings, Summary};
 use crate::output::tables::{Format, PipeClosed};
 use crate::output::video::played_by;
@@ -260,7 +260,7 @@ pub struct TrackArgs {
 
     /// Positions in tables while a target is lost
     #[arg(long, value_name = "WHAT", default_value = "keep", value_enum, help_heading = OUTPUT)]
-    lost: Lost,
+    lost: LostPosition,
 
     /// Save statistics of the run as JSON
     ///
@@ -408,7 +408,7 @@ impl Start {
 }
 
 /// Frames of the source, and what is known of it.
-struct Opened {
+struct InputSource {
     feed: Feed,
     length: Option<usize>,
     rate: Option<FrameRate>,
@@ -418,7 +418,7 @@ struct Opened {
     is_live: bool,
 }
 
-impl Opened {
+impl InputSource {
     fn of(args: &TrackArgs, address: Option<Address>, limits: Limits) -> Result<Self, Failure> {
         let order = args.order();
         if let Some(address) = address {
@@ -430,7 +430,7 @@ impl Opened {
         let (length, rate, sound) = (source.length(), source.rate(), source.has_sound());
         let mut indices = order.indices(length)?.peekable();
         let first = indices.peek().copied().unwrap_or(order.start);
-        let feed = input::ahead(source, Box::new(indices));
+        let feed = input::prefetch(source, Box::new(indices));
         Ok(Self { feed, length, rate, sound, first, is_live: false })
     }
 }
@@ -458,8 +458,8 @@ pub fn run(args: &TrackArgs) -> Result<()> {
     }
     let page =
         page.then(|| preview::open(args.port, args.hosts.hosts(), !args.no_open)).transpose()?;
-    let opened = Opened::of(args, address, limits)?;
-    let Opened { mut feed, length, mut rate, sound, first, is_live } = opened;
+    let opened = InputSource::of(args, address, limits)?;
+    let InputSource { mut feed, length, mut rate, sound, first, is_live } = opened;
     let expected = order.count(length);
     let mut targets = start.targets(first)?;
     if is_live {
@@ -512,18 +512,19 @@ pub fn run(args: &TrackArgs) -> Result<()> {
     let tracked = run.track_all(&mut targets, frames, &progress, |_| Ok(()));
     // Frames of a live source are not as far apart as its rate says.
     let even = rate.filter(|_| !is_live);
-    let numbers = Summary::new(run.measured(), even, settings, run.threads()).with_names(&names);
+    let numbers =
+        Summary::new(run.measurements(), even, settings, run.threads()).with_names(&names);
     let count = numbers.frames;
-    let mut kept = Kept::default();
+    let mut completed = CompletedOutputs::default();
     if count > 0 {
-        run.into_sinks().into_iter().for_each(|sink| kept.add(sink.finish()));
+        run.into_sinks().into_iter().for_each(|sink| completed.add(sink.finish()));
     }
     let numbers = numbers.with_run(begun.elapsed().as_secs_f64(), feed.dropped());
     progress.finish(&numbers.to_string());
     if count > 0 {
-        summary.into_iter().for_each(|file| kept.add(numbers.write(file).map(Some)));
+        summary.into_iter().for_each(|file| completed.add(numbers.write(file).map(Some)));
     }
-    conclude(tracked, kept, count)
+    conclude(tracked, completed, count)
 }
 
 fn nothing_to_track(order: &Order) -> Error {
@@ -535,12 +536,12 @@ fn nothing_to_track(order: &Order) -> Error {
 
 /// The completed outputs, and the first error while completing them.
 #[derive(Default)]
-struct Kept {
+struct CompletedOutputs {
     files: Vec<PathBuf>,
     error: Option<Error>,
 }
 
-impl Kept {
+impl CompletedOutputs {
     fn add(&mut self, finished: Result<Option<PathBuf>>) {
         match finished {
             Ok(file) => self.files.extend(file),
@@ -550,13 +551,14 @@ impl Kept {
 }
 
 /// The result of the run: the first error, after a note that lists the files that were kept.
-fn conclude(tracked: Result<()>, kept: Kept, count: usize) -> Result<()> {
+fn conclude(tracked: Result<()>, completed: CompletedOutputs, count: usize) -> Result<()> {
     let error = match tracked {
         Err(error) if error.is::<PipeClosed>() => return Ok(()),
         Err(error) => Some(error),
-        Ok(()) => kept.error,
+        Ok(()) => completed.error,
     };
-    let names: Vec<String> = kept.files.iter().map(|file| file.display().to_string()).collect();
+    let names: Vec<String> =
+        completed.files.iter().map(|file| file.display().to_string()).collect();
     match error {
         Some(error) => {
             if !names.is_empty() {

@@ -8,7 +8,7 @@ use patchlock_drawing::canvas::{Canvas, Line};
 use patchlock_drawing::{LOST, lost_box, scale, tag, upright};
 
 use super::panels::Panels;
-use super::{Seen, Tracked, many};
+use super::{TargetResult, TrackedFrame, many};
 
 /// Visible patches and high scores. Teal and orange can be told apart with any colour vision.
 pub const VISIBLE: [u8; 3] = [46, 211, 183];
@@ -18,7 +18,7 @@ pub const HIDDEN: [u8; 3] = [255, 127, 40];
 pub const BOX: [u8; 3] = [255, 255, 255];
 
 /// Draws the track on a frame; returns RGB bytes of the same size.
-pub fn annotate(tracked: &Tracked<'_>) -> Vec<u8> {
+pub fn annotate(tracked: &TrackedFrame<'_>) -> Vec<u8> {
     let rgb = tracked.picture.to_rgb();
     let Some(mut canvas) = Canvas::from_rgb(tracked.picture.width, tracked.picture.height, &rgb)
     else {
@@ -32,11 +32,11 @@ pub fn annotate(tracked: &Tracked<'_>) -> Vec<u8> {
 pub fn annotate_on(
     canvas: &mut Canvas,
     frame: usize,
-    targets: &[Seen],
+    targets: &[TargetResult],
     panels: Option<&mut Panels>,
 ) {
     match targets {
-        [seen] if seen.id.is_none() => outlines(canvas, seen),
+        [target] if target.id.is_none() => outlines(canvas, target),
         targets => many::outlines_and_names(canvas, targets),
     }
     if let Some(panels) = panels {
@@ -46,24 +46,24 @@ pub fn annotate_on(
 
 /// The corners of the target's outline, on the canvas. They are points, and a point with integer
 /// coordinates is the centre of a pixel.
-pub fn outline(seen: &Seen) -> [[f32; 2]; 4] {
-    seen.estimate.corners.map(|corner| corner.map(|value| value as f32 + 0.5))
+pub fn outline(target: &TargetResult) -> [[f32; 2]; 4] {
+    target.estimate.corners.map(|corner| corner.map(|value| value as f32 + 0.5))
 }
 
 /// Draws the upright box and the outline of the target.
-fn outlines(canvas: &mut Canvas, seen: &Seen) {
+fn outlines(canvas: &mut Canvas, target: &TargetResult) {
     let scale = scale(canvas);
-    let dashed = match seen.estimate.status {
+    let dashed = match target.estimate.status {
         Status::Tracked => false,
         Status::Uncertain => true,
         Status::Lost => {
-            lost_box(canvas, seen.bbox);
-            return tag(canvas, seen.bbox, "LOST", LOST);
+            lost_box(canvas, target.bbox);
+            return tag(canvas, target.bbox, "LOST", LOST);
         }
     };
-    canvas.outline(&upright(seen.bbox), Line { width: scale, colour: BOX, dashed });
-    let colour = by_score(seen.estimate.score);
-    canvas.outline(&outline(seen), Line { width: 1.8 * scale, colour, dashed });
+    canvas.outline(&upright(target.bbox), Line { width: scale, colour: BOX, dashed });
+    let colour = by_score(target.estimate.score);
+    canvas.outline(&outline(target), Line { width: 1.8 * scale, colour, dashed });
 }
 
 /// The colour of an estimate: by its score, or grey if the target is lost.
@@ -102,11 +102,11 @@ mod tests {
     /// The frame with targets of this status, with ids if `many`.
     fn drawn(status: Status, many: bool) -> Vec<u8> {
         let bbox = BoundingBox { x: 300.0, y: 300.0, w: 600.0, h: 400.0 };
-        let mut seen = example::seen(status);
-        (seen.bbox, seen.id) = (bbox, many.then_some(1));
+        let mut target = example::target(status);
+        (target.bbox, target.id) = (bbox, many.then_some(1));
         // The outline is far inside the upright box.
-        seen.estimate.corners = [[400.0, 400.0], [800.0, 400.0], [800.0, 600.0], [400.0, 600.0]];
-        annotate(&example::tracked(3, &[seen]))
+        target.estimate.corners = [[400.0, 400.0], [800.0, 400.0], [800.0, 600.0], [400.0, 600.0]];
+        annotate(&example::tracked(3, &[target]))
     }
 
     /// The share of the pixels with this colour between two columns of a row.
@@ -151,7 +151,7 @@ mod tests {
 
     #[test]
     fn the_status_is_beside_the_score_unless_tracked() {
-        let label = |status| score_label(&example::seen(status).estimate);
+        let label = |status| score_label(&example::target(status).estimate);
         assert_eq!(label(Status::Tracked), "0.50");
         assert_eq!(label(Status::Uncertain), "0.50 uncertain");
         assert_eq!(label(Status::Lost), "0.50 lost");

@@ -5,10 +5,10 @@ use std::sync::{Arc, OnceLock};
 use patchlock::{BoundingBox, Estimate, Status, Visibility, VisibilityMap};
 use patchlock_media::Picture;
 
-use super::{Seen, Tracked};
+use super::{TargetResult, TrackedFrame};
 
 /// A target with this status.
-pub fn seen(status: Status) -> Seen {
+pub fn target(status: Status) -> TargetResult {
     let bbox = BoundingBox { x: 10.5, y: 0.0, w: 30.0, h: 20.25 };
     let map = |visible: &[bool]| VisibilityMap {
         rows: 1,
@@ -23,13 +23,13 @@ pub fn seen(status: Status) -> Seen {
         status,
         visibility: Some(visibility),
     };
-    Seen { id: None, name: None, bbox, estimate }
+    TargetResult { id: None, name: None, bbox, estimate }
 }
 
 /// A grey frame of 1280 x 960 pixels with these targets.
-pub fn tracked(frame: usize, targets: &[Seen]) -> Tracked<'_> {
+pub fn tracked(frame: usize, targets: &[TargetResult]) -> TrackedFrame<'_> {
     static PICTURE: OnceLock<Arc<Picture>> = OnceLock::new();
     let grey = || Arc::new(Picture::rgb(1280, 960, vec![100; 1280 * 960 * 3]));
     let picture = PICTURE.get_or_init(grey);
-    Tracked { frame, ms: 12.5, targets, picture }
+    TrackedFrame { frame, ms: 12.5, targets, picture }
 }

@@ -9,7 +9,7 @@ use patchlock_media::FrameRate;
 
 use super::pending::PendingFile;
 use super::view::View;
-use super::{Sink, Tracked};
+use super::{Sink, TrackedFrame};
 use crate::failure::{Failure, usage};
 
 /// Largest width: a GIF stores each frame as a picture.
@@ -131,7 +131,7 @@ impl Gif {
 }
 
 impl Sink for Gif {
-    fn write(&mut self, tracked: &Tracked<'_>) -> Result<()> {
+    fn write(&mut self, tracked: &TrackedFrame<'_>) -> Result<()> {
         if !self.takes(tracked.picture.time) {
             return Ok(());
         }
@@ -229,8 +229,8 @@ mod tests {
             };
             let rgb = (0..480 * 120 * 3).map(noise).collect();
             let picture = Arc::new(Picture::rgb(480, 120, rgb));
-            let seen = [example::seen(Status::Tracked)];
-            let tracked = Tracked { frame, ms: 1.0, targets: &seen, picture: &picture };
+            let targets = [example::target(Status::Tracked)];
+            let tracked = TrackedFrame { frame, ms: 1.0, targets: &targets, picture: &picture };
             gif.write(&tracked).expect("writes");
         }
         gif.finish().expect("writes");

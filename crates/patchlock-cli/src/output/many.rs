@@ -4,7 +4,7 @@ use patchlock::Status;
 use patchlock_drawing::canvas::{Canvas, Line};
 use patchlock_drawing::{lost_box, scale, tag, upright};
 
-use super::Seen;
+use super::TargetResult;
 use super::draw::outline;
 
 /// Colours by id: the palette of Okabe and Ito, lightened to stand out on most frames.
@@ -24,34 +24,34 @@ fn colour(id: u64) -> [u8; 3] {
 }
 
 /// Draws all targets.
-pub fn outlines_and_names(canvas: &mut Canvas, targets: &[Seen]) {
-    for seen in targets {
-        outlines(canvas, seen);
+pub fn outlines_and_names(canvas: &mut Canvas, targets: &[TargetResult]) {
+    for target in targets {
+        outlines(canvas, target);
     }
     // Tags are drawn last, so that no line covers them.
-    for seen in targets {
-        name(canvas, seen);
+    for target in targets {
+        name(canvas, target);
     }
 }
 
-fn outlines(canvas: &mut Canvas, seen: &Seen) {
-    let dashed = match seen.estimate.status {
+fn outlines(canvas: &mut Canvas, target: &TargetResult) {
+    let dashed = match target.estimate.status {
         Status::Tracked => false,
         Status::Uncertain => true,
-        Status::Lost => return lost_box(canvas, seen.bbox),
+        Status::Lost => return lost_box(canvas, target.bbox),
     };
-    let (scale, colour) = (scale(canvas), colour(seen.id.unwrap_or(1)));
-    canvas.outline(&outline(seen), Line { width: 0.8 * scale, colour, dashed });
-    canvas.outline(&upright(seen.bbox), Line { width: 1.8 * scale, colour, dashed });
+    let (scale, colour) = (scale(canvas), colour(target.id.unwrap_or(1)));
+    canvas.outline(&outline(target), Line { width: 0.8 * scale, colour, dashed });
+    canvas.outline(&upright(target.bbox), Line { width: 1.8 * scale, colour, dashed });
 }
 
 /// Id and score above the box.
-fn name(canvas: &mut Canvas, seen: &Seen) {
-    let id = seen.id.unwrap_or(1);
-    let called = seen.name.as_deref().map_or_else(|| id.to_string(), str::to_owned);
-    let label = match seen.estimate.status {
+fn name(canvas: &mut Canvas, target: &TargetResult) {
+    let id = target.id.unwrap_or(1);
+    let called = target.name.as_deref().map_or_else(|| id.to_string(), str::to_owned);
+    let label = match target.estimate.status {
         Status::Lost => format!("{called}  LOST"),
-        Status::Tracked | Status::Uncertain => format!("{called}  {:.2}", seen.estimate.score),
+        Status::Tracked | Status::Uncertain => format!("{called}  {:.2}", target.estimate.score),
     };
-    tag(canvas, seen.bbox, &label, colour(id));
+    tag(canvas, target.bbox, &label, colour(id));
 }

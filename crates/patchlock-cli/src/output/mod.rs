@@ -1,7 +1,7 @@
 //! Output of results: tables, the annotated video, the summary. Files are written completely or not
 //! at all.
 
-pub mod behind;
+pub mod background_sink;
 pub mod chart;
 pub mod draw;
 #[cfg(test)]
@@ -9,8 +9,9 @@ pub mod example;
 pub mod gif;
 pub mod inputs;
 mod many;
-pub mod measured;
+pub mod measurements;
 pub mod panels;
+pub mod partial_files;
 pub mod pending;
 pub mod plan;
 pub mod printed;
@@ -19,7 +20,6 @@ pub mod strip;
 pub mod summary;
 pub mod tables;
 pub mod text_table;
-pub mod unfinished;
 pub mod video;
 pub mod view;
 
@@ -32,7 +32,7 @@ use patchlock_media::Picture;
 
 /// One target in one frame.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Seen {
+pub struct TargetResult {
     /// The target's id; `None` if the run has a single target.
     pub id: Option<u64>,
     /// The name that the user has given instead of a number.
@@ -44,40 +44,40 @@ pub struct Seen {
     pub estimate: Estimate,
 }
 
-impl Seen {
+impl TargetResult {
     /// The target with all positions shifted, for a crop of the frame.
     pub fn shifted(&self, dx: f64, dy: f64) -> Self {
-        let mut seen = self.clone();
-        let Estimate { bbox, corners, .. } = &mut seen.estimate;
-        for bbox in [&mut seen.bbox, bbox] {
+        let mut target = self.clone();
+        let Estimate { bbox, corners, .. } = &mut target.estimate;
+        for bbox in [&mut target.bbox, bbox] {
             (bbox.x, bbox.y) = (bbox.x + dx, bbox.y + dy);
         }
         *corners = corners.map(|[x, y]: Point| [x + dx, y + dy]);
-        seen
+        target
     }
 
     /// The target with all positions multiplied, for an enlarged frame. Boxes cover whole pixels,
     /// while corners are points, and pixel centres are at whole numbers.
     pub fn scaled(&self, by: f64) -> Self {
-        let mut seen = self.clone();
-        let Estimate { bbox, corners, .. } = &mut seen.estimate;
-        for bbox in [&mut seen.bbox, bbox] {
+        let mut target = self.clone();
+        let Estimate { bbox, corners, .. } = &mut target.estimate;
+        for bbox in [&mut target.bbox, bbox] {
             let BoundingBox { x, y, w, h } = *bbox;
             *bbox = BoundingBox { x: x * by, y: y * by, w: w * by, h: h * by };
         }
         *corners = corners.map(|corner: Point| corner.map(|at| (at + 0.5) * by - 0.5));
-        seen
+        target
     }
 }
 
 /// A tracked frame with its results.
-pub struct Tracked<'a> {
+pub struct TrackedFrame<'a> {
     /// Number of the frame in the source.
     pub frame: usize,
     /// Milliseconds that the tracker took for the frame, all targets together.
     pub ms: f64,
     /// The targets in this frame.
-    pub targets: &'a [Seen],
+    pub targets: &'a [TargetResult],
     /// The pixels of the frame.
     pub picture: &'a Arc<Picture>,
 }
@@ -85,7 +85,7 @@ pub struct Tracked<'a> {
 /// An output that receives tracked frames one by one.
 pub trait Sink {
     /// Writes one frame.
-    fn write(&mut self, tracked: &Tracked<'_>) -> Result<()>;
+    fn write(&mut self, tracked: &TrackedFrame<'_>) -> Result<()>;
 
     /// Completes the output and moves it into place; returns the path if it is a file.
     fn finish(self: Box<Self>) -> Result<Option<PathBuf>>;

@@ -5,7 +5,7 @@ use patchlock::{Estimate, Visibility, VisibilityMap};
 use patchlock_drawing::canvas::{Area, Canvas};
 use patchlock_drawing::{PANEL, PANEL_OPACITY, scale, text};
 
-use super::Seen;
+use super::TargetResult;
 use super::draw::{HIDDEN, VISIBLE, colour, score_label};
 
 const TEXT: [u8; 3] = [200, 206, 214];
@@ -50,10 +50,10 @@ impl Corner {
 
 impl Panels {
     /// Draws the panels: for a single target without an id score and maps, for many their number.
-    pub fn draw(&mut self, canvas: &mut Canvas, frame: usize, targets: &[Seen]) {
+    pub fn draw(&mut self, canvas: &mut Canvas, frame: usize, targets: &[TargetResult]) {
         let (size, margin) = (text_size(canvas), margin(canvas));
         let estimate = match targets {
-            [seen] if seen.id.is_none() => Some(&seen.estimate),
+            [target] if target.id.is_none() => Some(&target.estimate),
             _ => None,
         };
         let words = match estimate {
@@ -105,18 +105,19 @@ fn free(
     canvas: &Canvas,
     last: Corner,
     size: [f32; 2],
-    targets: &[Seen],
+    targets: &[TargetResult],
     taken: Option<Corner>,
 ) -> Corner {
     let is_free = |corner: &Corner| {
         let area = corner.area(canvas, size);
-        taken != Some(*corner) && !targets.iter().any(|seen| covers(area, seen))
+        taken != Some(*corner) && !targets.iter().any(|target| covers(area, target))
     };
     [last].into_iter().chain(Corner::ALL).find(is_free).unwrap_or(last)
 }
 
-fn covers(area: Area, seen: &Seen) -> bool {
-    let [x, y, w, h] = [seen.bbox.x, seen.bbox.y, seen.bbox.w, seen.bbox.h].map(|v| v as f32);
+fn covers(area: Area, target: &TargetResult) -> bool {
+    let [x, y, w, h] =
+        [target.bbox.x, target.bbox.y, target.bbox.w, target.bbox.h].map(|v| v as f32);
     area.x < x + w && x < area.x + area.w && area.y < y + h && y < area.y + area.h
 }
 
@@ -175,18 +176,18 @@ mod tests {
     use super::super::example;
     use super::*;
 
-    fn at(x: f64, y: f64) -> Seen {
-        let mut seen = example::seen(Status::Tracked);
-        seen.bbox = BoundingBox { x, y, w: 300.0, h: 200.0 };
-        seen
+    fn at(x: f64, y: f64) -> TargetResult {
+        let mut target = example::target(Status::Tracked);
+        target.bbox = BoundingBox { x, y, w: 300.0, h: 200.0 };
+        target
     }
 
     /// The corners of both panels while the target goes through these places.
-    fn corners(places: &[Seen]) -> Vec<[Corner; 2]> {
+    fn corners(places: &[TargetResult]) -> Vec<[Corner; 2]> {
         let (mut panels, plain) = (Panels::default(), Canvas::plain(1280, 960, [100; 3]));
         let mut canvas = plain.expect("has pixels");
-        let draw = |seen: &Seen| {
-            panels.draw(&mut canvas, 1, std::slice::from_ref(seen));
+        let draw = |target: &TargetResult| {
+            panels.draw(&mut canvas, 1, std::slice::from_ref(target));
             [panels.status, panels.maps]
         };
         places.iter().map(draw).collect()

@@ -10,8 +10,8 @@ use anyhow::Result;
 use patchlock_media::without_path;
 use tempfile::NamedTempFile;
 
+use super::partial_files::{self, PartialFileGuard};
 use super::printed::quoted;
-use super::unfinished::{self, Unfinished};
 use crate::failure::{Failure, failed, usage};
 
 /// A file that is being written. It is removed if it is dropped without [`PendingFile::commit`].
@@ -22,7 +22,7 @@ pub struct PendingFile {
 }
 
 enum Writer {
-    Temporary(BufWriter<NamedTempFile>, Unfinished),
+    Temporary(BufWriter<NamedTempFile>, PartialFileGuard),
     /// Devices and pipes can't be replaced by renaming, so they are written directly.
     Direct(BufWriter<File>),
 }
@@ -73,7 +73,7 @@ impl PendingFile {
                 .map(|file| Writer::Direct(BufWriter::new(file)))
         } else {
             temporary_in(&folder_of(&target)).map(|file| {
-                let registered = Unfinished::new(file.path(), &target, overwrite);
+                let registered = PartialFileGuard::new(file.path(), &target, overwrite);
                 Writer::Temporary(BufWriter::new(file), registered)
             })
         };
@@ -96,8 +96,8 @@ impl PendingFile {
 
     /// Delays an immediate exit while the guard lives. Not for devices and pipes, where writing may
     /// block forever.
-    pub fn hold(&self) -> Option<unfinished::Hold> {
-        matches!(self.writer, Writer::Temporary(..)).then(unfinished::hold)
+    pub fn delay_exit(&self) -> Option<partial_files::ExitDelay> {
+        matches!(self.writer, Writer::Temporary(..)).then(partial_files::delay_exit)
     }
 
     /// Writes the whole content and returns the file.

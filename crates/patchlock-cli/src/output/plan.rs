@@ -7,11 +7,11 @@ use anyhow::Result;
 use patchlock_media::FrameRate;
 
 use super::Sink;
-use super::behind::Behind;
+use super::background_sink::BackgroundSink;
 use super::gif::{self, Gif};
 use super::inputs::{Inputs, resolved};
 use super::pending::{self, PendingFile};
-use super::row::Lost;
+use super::row::LostPosition;
 use super::tables::{Format, Stdout, Table};
 use super::video::{self, Video};
 use super::view::{Style, View};
@@ -44,7 +44,7 @@ pub struct Pictures {
 }
 
 /// The opened outputs.
-pub struct Opened {
+pub struct Outputs {
     /// The outputs that receive tracked frames.
     pub sinks: Vec<Box<dyn Sink>>,
     /// The file for the summary.
@@ -103,7 +103,12 @@ impl Plan {
     }
 
     /// Opens all files.
-    pub fn open(&self, lost: Lost, rate: FrameRate, expected: Option<usize>) -> Result<Opened> {
+    pub fn open(
+        &self,
+        lost: LostPosition,
+        rate: FrameRate,
+        expected: Option<usize>,
+    ) -> Result<Outputs> {
         let mut sinks: Vec<Box<dyn Sink>> = Vec::new();
         for (format, path) in &self.tables {
             let file = PendingFile::create(path, self.overwrite)?.keep_partial();
@@ -113,12 +118,12 @@ impl Plan {
         if let Some(path) = video {
             let (file, view) = (PendingFile::create(path, self.overwrite)?, View::new(*style));
             let video = Video::new(file, rate, view, *quality, expected);
-            sinks.push(Box::new(Behind::new(video)));
+            sinks.push(Box::new(BackgroundSink::new(video)));
         }
         if let Some(path) = gif {
             let (file, view) = (PendingFile::create(path, self.overwrite)?, View::new(*style));
             let gif = Gif::new(file, rate, view, *gif_megabytes, expected);
-            sinks.push(Box::new(Behind::new(gif)));
+            sinks.push(Box::new(BackgroundSink::new(gif)));
         }
         let summary = self
             .summary
@@ -128,6 +133,6 @@ impl Plan {
         if self.prints() {
             sinks.push(Box::new(Stdout::new(lost)));
         }
-        Ok(Opened { sinks, summary })
+        Ok(Outputs { sinks, summary })
     }
 }

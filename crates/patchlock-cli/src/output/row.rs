@@ -4,11 +4,11 @@ use clap::ValueEnum;
 use patchlock::{BoundingBox, Status, Visibility, VisibilityMap};
 use serde::Serialize;
 
-use super::{Seen, Tracked};
+use super::{TargetResult, TrackedFrame};
 
 /// What a table has as the position of a lost target.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Lost {
+pub enum LostPosition {
     /// What is still followed, or the last known box and outline
     Keep,
     /// No position: empty cells in .csv, null in .jsonl, NaN in .txt
@@ -26,7 +26,7 @@ pub struct Row {
     /// The name of the target in `--boxes`; if its ids are numbers, there is no such column.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
-    /// Left side of the box; with [`Lost::Blank`], all positions of a lost target are empty.
+    /// Left side of the box; with [`LostPosition::Blank`], all positions of a lost target are empty.
     pub x: Option<f64>,
     /// Upper side of the box.
     pub y: Option<f64>,
@@ -72,10 +72,10 @@ pub struct Row {
 
 impl Row {
     /// The row of a target in this frame.
-    pub fn new(tracked: &Tracked<'_>, seen: &Seen, lost: Lost) -> Self {
-        let Tracked { frame, ms, picture, .. } = *tracked;
-        let Seen { id, name, bbox, estimate } = seen;
-        let known = lost == Lost::Keep || estimate.status != Status::Lost;
+    pub fn new(tracked: &TrackedFrame<'_>, target: &TargetResult, lost: LostPosition) -> Self {
+        let TrackedFrame { frame, ms, picture, .. } = *tracked;
+        let TargetResult { id, name, bbox, estimate } = target;
+        let known = lost == LostPosition::Keep || estimate.status != Status::Lost;
         let position = |value: f64| known.then(|| rounded(value));
         let BoundingBox { x, y, w, h } = *bbox;
         let [x, y, w, h] = [x, y, w, h].map(position);

@@ -10,7 +10,7 @@ use patchlock_track::UsedNetwork;
 use patchlock_track::settings::basis;
 use serde::Serialize;
 
-use super::measured::{Loss, Low, Measured};
+use super::measurements::{LostSpan, LowScoreSpan, Measurements};
 use super::pending::PendingFile;
 use crate::targets::Names;
 
@@ -100,8 +100,8 @@ pub struct LowScore {
 }
 
 impl LowScore {
-    fn new(low: &Low) -> Self {
-        let Low { id, first, last, lowest } = *low;
+    fn new(low: &LowScoreSpan) -> Self {
+        let LowScoreSpan { id, first, last, lowest } = *low;
         Self { id, name: None, first_frame: first, last_frame: last, lowest: round(lowest) }
     }
 }
@@ -128,7 +128,7 @@ pub struct TimedLoss {
 }
 
 impl TimedLoss {
-    fn new(loss: &Loss, rate: Option<FrameRate>) -> Self {
+    fn new(loss: &LostSpan, rate: Option<FrameRate>) -> Self {
         let seconds = |frame: usize| {
             let FrameRate { frames, seconds } = rate?;
             Some(round(frame as f64 * f64::from(seconds) / f64::from(frames)))
@@ -147,7 +147,7 @@ impl TimedLoss {
 impl Summary {
     /// The statistics of a run. `rate` is the frame rate of the source, if it is known.
     pub fn new(
-        run: &Measured,
+        run: &Measurements,
         rate: Option<FrameRate>,
         settings: Settings,
         threads: usize,
@@ -292,19 +292,19 @@ fn round(value: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Seen, example};
+    use super::super::{TargetResult, example};
     use super::*;
     use patchlock::Preset;
 
-    fn summary(run: &Measured, rate: Option<FrameRate>) -> Summary {
+    fn summary(run: &Measurements, rate: Option<FrameRate>) -> Summary {
         Summary::new(run, rate, Settings::new("robust", &TrackerConfig::default()), 2)
     }
 
     #[test]
     fn statistics_of_known_times() {
-        let mut run = Measured::default();
+        let mut run = Measurements::default();
         for ms in 1..=101 {
-            run.add(0, &[example::seen(Status::Tracked)], f64::from(102 - ms));
+            run.add(0, &[example::target(Status::Tracked)], f64::from(102 - ms));
         }
         let known = summary(&run, None);
         assert_eq!((known.frames, known.ms_median, known.ms_p95), (101, 51.0, 96.0));
@@ -320,7 +320,7 @@ mod tests {
         assert_eq!((&json["wall_fps"], &json["frames_dropped"]), (&10.0.into(), &7.into()));
         let json = serde_json::to_value(known.with_run(10.1, None)).expect("JSON");
         assert!(json.get("frames_dropped").is_none());
-        assert_eq!(summary(&Measured::default(), None).tracking_fps, 0.0);
+        assert_eq!(summary(&Measurements::default(), None).tracking_fps, 0.0);
     }
 
     #[test]
@@ -334,7 +334,7 @@ mod tests {
             network: Some(network),
             ..Settings::new("network", &TrackerConfig::from(Preset::Network))
         };
-        let summary = Summary::new(&Measured::default(), None, settings, 1);
+        let summary = Summary::new(&Measurements::default(), None, settings, 1);
         let text = summary.to_string();
         assert!(text.ends_with(" frames per second with VitTrack, runtime built-in"), "{text}");
         let json = serde_json::to_value(summary).expect("JSON");
@@ -343,15 +343,15 @@ mod tests {
     }
 
     /// Lost in frames 10 to 12 and from frame 20 on.
-    fn with_losses(id: Option<u64>) -> Measured {
-        let mut run = Measured::default();
+    fn with_losses(id: Option<u64>) -> Measurements {
+        let mut run = Measurements::default();
         for frame in 0..25 {
             let status = match frame {
                 9 => Status::Uncertain,
                 10..=12 | 20.. => Status::Lost,
                 _ => Status::Tracked,
             };
-            run.add(frame, &[Seen { id, ..example::seen(status) }], 10.0);
+            run.add(frame, &[TargetResult { id, ..example::target(status) }], 10.0);
         }
         run
     }
@@ -377,11 +377,11 @@ mod tests {
 
     #[test]
     fn stretches_of_low_scores_are_shown_and_listed() {
-        let mut run = Measured::default();
+        let mut run = Measurements::default();
         for frame in 0..40 {
-            let mut seen = example::seen(Status::Tracked);
-            seen.estimate.score = if frame < 25 { 0.9 } else { 0.25 };
-            run.add(frame, &[seen], 10.0);
+            let mut target = example::target(Status::Tracked);
+            target.estimate.score = if frame < 25 { 0.9 } else { 0.25 };
+            run.add(frame, &[target], 10.0);
         }
         let summary = summary(&run, None);
         let text = summary.to_string();
@@ -407,10 +407,10 @@ mod tests {
         let named = summary(&with_losses(Some(4)), None).with_names(&names);
         assert!(named.to_string().ends_with("\ntarget car lost in frame 20, not back"), "{named}");
         assert_eq!(serde_json::to_value(named).expect("JSON")["losses"][0]["name"], "car");
-        let mut run = Measured::default();
+        let mut run = Measurements::default();
         for frame in 0..24 {
             let status = [Status::Tracked, Status::Lost][frame % 2];
-            run.add(frame, &[example::seen(status)], 10.0);
+            run.add(frame, &[example::target(status)], 10.0);
         }
         let text = summary(&run, None).to_string();
         assert_eq!(

@@ -7,8 +7,8 @@ use anyhow::Result;
 
 use super::pending::PendingFile;
 use super::printed::cannot_print;
-use super::row::{Lost, Row};
-use super::{Sink, Tracked};
+use super::row::{LostPosition, Row};
+use super::{Sink, TrackedFrame};
 use crate::failure::{Failure, usage};
 
 /// The formats of tables.
@@ -45,22 +45,22 @@ impl Format {
 /// Writes rows to a writer.
 pub struct Table<W: Write> {
     format: Format,
-    lost: Lost,
+    lost: LostPosition,
     writer: W,
     started: bool,
 }
 
 impl<W: Write> Table<W> {
     /// An empty table.
-    pub fn new(format: Format, lost: Lost, writer: W) -> Self {
+    pub fn new(format: Format, lost: LostPosition, writer: W) -> Self {
         Self { format, lost, writer, started: false }
     }
 
     /// Adds the rows of a frame and flushes each, so that a full disk is noticed immediately and
     /// the reader of a pipe need not wait.
-    pub fn add(&mut self, tracked: &Tracked<'_>) -> io::Result<()> {
+    pub fn add(&mut self, tracked: &TrackedFrame<'_>) -> io::Result<()> {
         let lost = self.lost;
-        tracked.targets.iter().try_for_each(|seen| self.row(&Row::new(tracked, seen, lost)))
+        tracked.targets.iter().try_for_each(|target| self.row(&Row::new(tracked, target, lost)))
     }
 
     fn row(&mut self, row: &Row) -> io::Result<()> {
@@ -98,9 +98,9 @@ fn otb(row: &Row) -> String {
 }
 
 impl Sink for Table<PendingFile> {
-    fn write(&mut self, tracked: &Tracked<'_>) -> Result<()> {
+    fn write(&mut self, tracked: &TrackedFrame<'_>) -> Result<()> {
         // An immediate exit must keep all targets of a frame or none.
-        let _hold = self.writer.hold();
+        let _delay = self.writer.delay_exit();
         self.add(tracked).map_err(|error| self.writer.write_error(&error).into())
     }
 
@@ -116,7 +116,7 @@ pub struct Stdout {
 
 impl Stdout {
     /// A table that is still empty.
-    pub fn new(lost: Lost) -> Self {
+    pub fn new(lost: LostPosition) -> Self {
         Self { table: Table::new(Format::Csv, lost, io::stdout()) }
     }
 }
@@ -135,7 +135,7 @@ impl std::fmt::Display for PipeClosed {
 impl std::error::Error for PipeClosed {}
 
 impl Sink for Stdout {
-    fn write(&mut self, tracked: &Tracked<'_>) -> Result<()> {
+    fn write(&mut self, tracked: &TrackedFrame<'_>) -> Result<()> {
         self.table.add(tracked).map_err(|error| match error.kind() {
             io::ErrorKind::BrokenPipe => anyhow::Error::new(PipeClosed),
             _ => cannot_print(&error).into(),
@@ -156,10 +156,10 @@ mod tests {
     use std::sync::Arc;
 
     /// A table of frames 4 and 6, in which the target has these statuses.
-    fn written(format: Format, lost: Lost, statuses: [Status; 2]) -> String {
+    fn written(format: Format, lost: LostPosition, statuses: [Status; 2]) -> String {
         let mut table = Table::new(format, lost, Vec::new());
         for (frame, status) in [4, 6].into_iter().zip(statuses) {
-            let targets = [example::seen(status)];
+            let targets = [example::target(status)];
             table.add(&example::tracked(frame, &targets)).expect("writes to memory");
         }
         String::from_utf8(table.into_inner()).expect("text")
@@ -171,7 +171,7 @@ mod tests {
     #[test]
     fn csv_has_exactly_these_columns() {
         assert_eq!(
-            written(Format::Csv, Lost::Keep, FOUND),
+            written(Format::Csv, LostPosition::Keep, FOUND),
             "frame,x,y,w,h,score,visible_large,visible_small,x1,y1,x2,y2,x3,y3,x4,y4,ms,status,\
              frame_w,frame_h\n\
              4,10.5,0.0,30.0,20.25,0.5,1.0,0.25,1.0,2.0,3.0,4.0,5.0,6.0,7.0,8.0,12.5,tracked,1280,960\n\
@@ -183,10 +183,10 @@ mod tests {
     fn frames_with_a_time_have_a_column_for_it() {
         let picture = Picture { time: Some(1.0 / 30.0), ..Picture::rgb(4, 4, vec![0; 48]) };
         let picture = Arc::new(picture);
-        let targets = [example::seen(Status::Tracked)];
+        let targets = [example::target(Status::Tracked)];
         let last_cell = |format| {
-            let mut table = Table::new(format, Lost::Keep, Vec::new());
-            let tracked = Tracked { picture: &picture, ..example::tracked(1, &targets) };
+            let mut table = Table::new(format, LostPosition::Keep, Vec::new());
+            let tracked = TrackedFrame { picture: &picture, ..example::tracked(1, &targets) };
             table.add(&tracked).expect("writes to memory");
             String::from_utf8(table.into_inner()).expect("text")
         };
@@ -200,7 +200,7 @@ mod tests {
 
     #[test]
     fn jsonl_has_one_object_per_line() {
-        let text = written(Format::Jsonl, Lost::Keep, FOUND);
+        let text = written(Format::Jsonl, LostPosition::Keep, FOUND);
         let rows: Vec<serde_json::Value> =
             text.lines().map(|l| serde_json::from_str(l).expect("JSON")).collect();
         assert_eq!(rows[1]["frame"], 6);
@@ -211,7 +211,7 @@ mod tests {
 
     #[test]
     fn txt_counts_from_one() {
-        let text = written(Format::Txt, Lost::Keep, FOUND);
+        let text = written(Format::Txt, LostPosition::Keep, FOUND);
         assert_eq!(text, "11.5000,1.0000,30.0000,20.2500\n".repeat(2));
     }
 
@@ -223,21 +223,21 @@ mod tests {
         };
         let kept =
             "6,10.5,0.0,30.0,20.25,0.5,1.0,0.25,1.0,2.0,3.0,4.0,5.0,6.0,7.0,8.0,12.5,lost,1280,960";
-        assert_eq!(last(Format::Csv, Lost::Keep, LOST), kept);
+        assert_eq!(last(Format::Csv, LostPosition::Keep, LOST), kept);
         assert_eq!(
-            last(Format::Csv, Lost::Blank, LOST),
+            last(Format::Csv, LostPosition::Blank, LOST),
             "6,,,,,0.5,1.0,0.25,,,,,,,,,12.5,lost,1280,960"
         );
-        assert_eq!(last(Format::Txt, Lost::Blank, LOST), "NaN,NaN,NaN,NaN");
-        let row = last(Format::Jsonl, Lost::Blank, LOST);
+        assert_eq!(last(Format::Txt, LostPosition::Blank, LOST), "NaN,NaN,NaN,NaN");
+        let row = last(Format::Jsonl, LostPosition::Blank, LOST);
         assert!(
             row.starts_with("{\"frame\":6,\"x\":null,") && row.contains("\"y4\":null,"),
             "{row}"
         );
         assert!(row.ends_with("\"status\":\"lost\",\"frame_w\":1280,\"frame_h\":960}"), "{row}");
         for format in [Format::Csv, Format::Jsonl, Format::Txt] {
-            let blank = written(format, Lost::Blank, FOUND);
-            assert_eq!(blank, written(format, Lost::Keep, FOUND), "none is lost");
+            let blank = written(format, LostPosition::Blank, FOUND);
+            assert_eq!(blank, written(format, LostPosition::Keep, FOUND), "none is lost");
         }
     }
 

@@ -7,7 +7,7 @@ use patchlock_media::{Error, FrameRate, Mp4Writer};
 
 use super::pending::PendingFile;
 use super::view::View;
-use super::{Sink, Tracked};
+use super::{Sink, TrackedFrame};
 use crate::failure::{Failure, usage};
 
 /// Fails if the name does not end in `.mp4`.
@@ -87,7 +87,7 @@ impl Video {
 }
 
 impl Sink for Video {
-    fn write(&mut self, tracked: &Tracked<'_>) -> Result<()> {
+    fn write(&mut self, tracked: &TrackedFrame<'_>) -> Result<()> {
         let canvas = self.view.draw(tracked)?;
         let writer = self.writer(canvas.width() as usize, canvas.height() as usize);
         let pushed = writer.and_then(|to| to.push_rgba_at(canvas.rgba(), tracked.picture.time));

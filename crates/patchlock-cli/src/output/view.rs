@@ -6,7 +6,7 @@ use patchlock_drawing::canvas::{Area, Canvas};
 
 use super::draw::annotate_on;
 use super::panels::Panels;
-use super::{Seen, Tracked};
+use super::{TargetResult, TrackedFrame};
 
 /// Sides of a cropped video in pixels: smaller parts are enlarged, larger ones reduced.
 const LEAST_SIDE: f64 = 240.0;
@@ -60,15 +60,15 @@ impl View {
     ///
     /// # Errors
     /// If the frame is too large to be drawn on.
-    pub fn draw(&mut self, tracked: &Tracked<'_>) -> Result<Canvas> {
+    pub fn draw(&mut self, tracked: &TrackedFrame<'_>) -> Result<Canvas> {
         let (width, height) = (tracked.picture.width, tracked.picture.height);
         let whole = Canvas::from_rgb(width, height, &tracked.picture.to_rgb());
         let mut whole =
             whole.with_context(|| format!("cannot draw on {width} x {height} pixels"))?;
         let panels = self.panels.as_mut();
-        if let (Some(crop), [seen]) = (&mut self.crop, tracked.targets) {
-            let (mut part, seen) = crop.cut(&whole, seen)?;
-            annotate_on(&mut part, tracked.frame, &[seen], panels);
+        if let (Some(crop), [target]) = (&mut self.crop, tracked.targets) {
+            let (mut part, target) = crop.cut(&whole, target)?;
+            annotate_on(&mut part, tracked.frame, &[target], panels);
             return Ok(part);
         }
         annotate_on(&mut whole, tracked.frame, tracked.targets, panels);
@@ -78,8 +78,8 @@ impl View {
 
 impl Crop {
     /// The part of the frame around the target, and the target there.
-    fn cut(&mut self, frame: &Canvas, seen: &Seen) -> Result<(Canvas, Seen)> {
-        let BoundingBox { w, h, .. } = seen.bbox;
+    fn cut(&mut self, frame: &Canvas, target: &TargetResult) -> Result<(Canvas, TargetResult)> {
+        let BoundingBox { w, h, .. } = target.bbox;
         if self.pixels == 0 {
             self.target = w.max(h);
             // Encoders want even sides.
@@ -88,11 +88,11 @@ impl Crop {
         }
         self.target += ZOOM_RATE * (w.max(h) - self.target);
         let side = self.sides * self.target;
-        let [x, y] = seen.bbox.centre().map(|centre| centre + 0.5 - side / 2.0);
+        let [x, y] = target.bbox.centre().map(|centre| centre + 0.5 - side / 2.0);
         let area = Area { x: x as f32, y: y as f32, w: side as f32, h: side as f32 };
         let part = frame.part(area, self.pixels).context("the video has no pixels")?;
         let scale = self.pixels as f64 / side;
-        Ok((part, seen.shifted(-x, -y).scaled(scale)))
+        Ok((part, target.shifted(-x, -y).scaled(scale)))
     }
 }
 
@@ -108,13 +108,13 @@ mod tests {
     fn the_target_stays_in_the_middle_of_its_part() {
         let mut view = View::new(Style { panels: false, crop: Some(3.0) });
         for k in 0..5 {
-            let mut seen = example::seen(Status::Tracked);
-            seen.bbox = BoundingBox { x: 250.0 * k as f64, y: 300.0, w: 100.0, h: 60.0 };
-            let [x, y] = seen.bbox.centre();
+            let mut target = example::target(Status::Tracked);
+            target.bbox = BoundingBox { x: 250.0 * k as f64, y: 300.0, w: 100.0, h: 60.0 };
+            let [x, y] = target.bbox.centre();
             let corner = |dx: f64, dy: f64| [x + 50.0 * dx, y + 30.0 * dy];
-            seen.estimate.corners =
+            target.estimate.corners =
                 [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
-            let canvas = view.draw(&example::tracked(k, &[seen])).expect("draws");
+            let canvas = view.draw(&example::tracked(k, &[target])).expect("draws");
             assert_eq!((canvas.width(), canvas.height()), (300.0, 300.0));
             let rgb = canvas.to_rgb();
             let drawn: Vec<usize> = (0..300).filter(|x| rgb[(150 * 300 + x) * 3] != 100).collect();
@@ -129,10 +129,10 @@ mod tests {
     #[test]
     fn parts_of_small_targets_are_enlarged_and_of_large_ones_reduced() {
         for (w, side) in [(10.0, 240.0), (900.0, 960.0)] {
-            let mut seen = example::seen(Status::Tracked);
-            seen.bbox = BoundingBox { x: 100.0, y: 30.0, w, h: 8.0 };
+            let mut target = example::target(Status::Tracked);
+            target.bbox = BoundingBox { x: 100.0, y: 30.0, w, h: 8.0 };
             let mut view = View::new(Style { panels: true, crop: Some(2.5) });
-            let canvas = view.draw(&example::tracked(0, &[seen])).expect("draws");
+            let canvas = view.draw(&example::tracked(0, &[target])).expect("draws");
             assert_eq!([canvas.width(), canvas.height()], [side; 2]);
         }
     }

@@ -177,11 +177,11 @@ fn folders_that_are_missing_or_cannot_be_written_are_named() {
 }
 
 /// `track` on standard input that has got three frames and waits for more.
-struct Waiting {
+struct WaitingRun {
     child: Child,
 }
 
-impl Waiting {
+impl WaitingRun {
     fn new(bench: &Bench, args: &[&str]) -> Self {
         let mut child = Command::new(program())
             .current_dir(bench.folder.path())
@@ -228,7 +228,7 @@ fn signals_to_end_leave_whole_files() {
         let bench = Bench::new();
         let outputs =
             ["--save", "a.csv", "--save", "a.jsonl", "--video", "a.mp4", "--summary", "a.json"];
-        let (code, said) = Waiting::new(&bench, &outputs).signalled(signal);
+        let (code, said) = WaitingRun::new(&bench, &outputs).signalled(signal);
         assert_eq!(code, Some(130), "{signal}: {said}");
         assert!(said.contains("stopped after 3 frames"), "{signal}: {said}");
         assert_eq!((bench.lines("a.csv").len(), bench.lines("a.jsonl").len()), (4, 3));
@@ -262,7 +262,7 @@ fn an_export_that_is_told_to_end_leaves_nothing() {
             .spawn()
             .unwrap();
         until(|| !bench.leftovers().is_empty());
-        let (code, said) = Waiting { child }.signalled(signal);
+        let (code, said) = WaitingRun { child }.signalled(signal);
         assert_eq!(code, Some(130), "{signal}: {said}");
         assert!(said.contains("nothing was written"), "{said}");
         assert!(bench.leftovers().is_empty() && !bench.path("data").exists());
@@ -276,7 +276,7 @@ fn kill_leaves_nothing_under_the_names_of_the_outputs() {
     let outputs =
         ["--save", "a.csv", "--video", "a.mp4", "--summary", "a.json", "--save", "old.csv"];
     let (code, _) =
-        Waiting::new(&bench, &[&outputs[..], &["--overwrite"]].concat()).signalled("-KILL");
+        WaitingRun::new(&bench, &[&outputs[..], &["--overwrite"]].concat()).signalled("-KILL");
     assert_eq!(code, None);
     for name in ["a.csv", "a.mp4", "a.json"] {
         assert!(!bench.path(name).exists(), "{name}");
@@ -344,14 +344,14 @@ fn a_closed_or_full_standard_error_is_no_panic() {
 fn the_later_of_two_programs_does_not_replace_the_output_of_the_other() {
     let bench = Bench::new();
     bench.images("f", 2);
-    let slow = Waiting::new(&bench, &["--save", "a.csv"]);
+    let slow = WaitingRun::new(&bench, &["--save", "a.csv"]);
     bench.track("f").args(["--save", "a.csv"]).assert().success();
     let (code, said) = slow.signalled("-INT");
     assert_eq!(code, Some(1), "{said}");
     assert!(said.contains("a.csv") && said.contains("--overwrite replaces it"), "{said}");
     assert_eq!(bench.lines("a.csv").len(), 3, "that of the program that was first");
     // With --overwrite, the last one replaces a whole file by a whole file.
-    let slow = Waiting::new(&bench, &["--save", "a.csv", "--overwrite"]);
+    let slow = WaitingRun::new(&bench, &["--save", "a.csv", "--overwrite"]);
     bench.track("f").args(["--save", "a.csv", "--overwrite"]).assert().success();
     assert_eq!(bench.lines("a.csv").len(), 3);
     assert_eq!(slow.signalled("-INT").0, Some(130));
@@ -397,8 +397,8 @@ fn too_many_open_files_have_a_hint() {
 #[test]
 fn frames_that_change_while_they_are_read_are_named() {
     let size = image::RgbImage::new(8, 8);
-    type Change<'a> = &'a dyn Fn(&Path);
-    let changes: [(Change<'_>, &str); 4] = [
+    type FileChange<'a> = &'a dyn Fn(&Path);
+    let changes: [(FileChange<'_>, &str); 4] = [
         (&|file| fs::write(file, "").unwrap(), "the file is empty"),
         (&|file| fs::write(file, &fs::read(file).unwrap()[..200]).unwrap(), "40.png"),
         (&|file| fs::remove_file(file).unwrap(), "No such file"),

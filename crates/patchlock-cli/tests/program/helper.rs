@@ -6,7 +6,7 @@ use std::process::Command;
 use std::time::Duration;
 
 use crate::support::{Bench, grey_jpeg, grey16, y4m};
-use patchlock_media::{Ahead, Error, FrameSource, Helper, Limits, open_within};
+use patchlock_media::{Error, FrameSource, Helper, Limits, Prefetcher, open_within};
 
 /// How the program starts itself.
 pub const WORD: &str = "decode-for-another-patchlock";
@@ -165,7 +165,7 @@ fn ffmpeg_is_within_the_walls_of_a_helper_and_ends_with_it() {
         return println!("skipped: ffmpeg is not on the PATH");
     };
     assert!(made.success());
-    let mut apart = Ahead::start(open_within(&file, false, helped()).unwrap(), 0..120);
+    let mut apart = Prefetcher::start(open_within(&file, false, helped()).unwrap(), 0..120);
     let (_, first) = apart.next().unwrap().unwrap();
     let mut here = open_within(&file, false, Limits::default()).unwrap();
     assert!(Some(first) == here.frame(0).unwrap());

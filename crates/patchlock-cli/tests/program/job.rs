@@ -7,7 +7,7 @@ use crate::support::Bench;
 use crate::support::benchmark::Benchmark;
 use patchlock::{BoundingBox, Preset, TrackerConfig};
 use patchlock_bench::bench::job::{self, Frames, Job};
-use patchlock_bench::bench::plan::{Entrant, Options};
+use patchlock_bench::bench::plan::{Options, TrackerSpec};
 use patchlock_bench::bench::schemes::{Scheme, Start};
 use patchlock_bench::bench::store::{Clip, Identity, Series};
 use patchlock_track::ModelPaths;
@@ -25,7 +25,7 @@ fn options(benchmark: &Benchmark, out: &str) -> Options {
     Options {
         dataset: benchmark.path("data"),
         out: benchmark.path(out),
-        entrant: Entrant::Patchlock {
+        tracker: TrackerSpec::Patchlock {
             preset: "paper".into(),
             config,
             paths: ModelPaths::default(),
@@ -62,17 +62,17 @@ fn invalid_options_are_refused() {
     let error = |options: Options| job::of_bench(&options, 1, 1).unwrap_err().to_string();
     let good = || options(&benchmark, "out");
     assert!(error(Options { sequences: vec!["Z".into()], ..good() }).contains("no target Z"));
-    let program = |command: &str, name: &str| Entrant::Program {
+    let program = |command: &str, name: &str| TrackerSpec::Program {
         command: command.into(),
         name: name.into(),
         patience: std::time::Duration::ZERO,
     };
     assert!(
-        error(Options { entrant: program("'x", "x"), ..good() })
+        error(Options { tracker: program("'x", "x"), ..good() })
             .contains("not a valid command line")
     );
     assert!(
-        error(Options { entrant: program("x", "a/b"), ..good() })
+        error(Options { tracker: program("x", "a/b"), ..good() })
             .contains(r#""a/b" is not a valid folder name"#)
     );
     assert!("abc".parse::<Scheme>().unwrap_err().contains("ope, tre and sre"));

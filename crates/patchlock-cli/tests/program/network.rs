@@ -8,7 +8,7 @@ use crate::support::benchmark::Benchmark;
 use crate::support::{BOX, Bench, patchlock};
 use patchlock::KNOWN_MODELS;
 use patchlock_bench::bench::job::{self, Job};
-use patchlock_bench::bench::plan::{Entrant, Options};
+use patchlock_bench::bench::plan::{Options, TrackerSpec};
 use patchlock_bench::bench::schemes::Scheme;
 use patchlock_bench::trax::message::Message;
 use patchlock_studio::project::Store;
@@ -247,7 +247,7 @@ fn a_job_finds_its_network_again() {
     let options = Options {
         dataset: benchmark.path("data"),
         out: benchmark.path("parts"),
-        entrant: Entrant::Patchlock {
+        tracker: TrackerSpec::Patchlock {
             preset: "network".into(),
             config: None,
             paths: ModelPaths { model: Some(benchmark.path("vit.onnx")), runtime: None },

@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use super::heard::Heard;
+use super::decoder_log::DecoderLog;
 use super::{EVERY_FRAME_ONCE, FORMATS, Program, TIMES, cannot_start};
-use crate::child::{Running, Watched};
+use crate::child::{ChildGuard, TimeoutReader};
 use crate::colour::Matrix;
 use crate::limits::{self, Limits};
 use crate::y4m::{Header, Y4mFile, Y4mStream};
@@ -23,9 +23,9 @@ pub(super) struct Task {
 }
 
 /// Frames from one run of ffmpeg, and what it says of them.
-pub(super) struct Part {
+pub(super) struct DecodeRun {
     pub frames: Frames,
-    pub heard: Heard,
+    pub log: DecoderLog,
 }
 
 /// When the frames of packets are shown, in millionths of a second.
@@ -42,7 +42,7 @@ pub(super) enum Frames {
     Whole(Y4mFile),
 }
 
-impl Part {
+impl DecodeRun {
     pub fn header(&self) -> Header {
         match &self.frames {
             Frames::Stream(stream) => stream.header(),
@@ -67,12 +67,12 @@ impl Task {
     /// Starts ffmpeg: at the beginning, or with the first frame that is shown at this time, in
     /// millionths of a second, or later. With `whole`, the frames are copied to a temporary file, in
     /// which they can be read in any order.
-    pub fn start(&self, from: Option<i64>, whole: bool) -> Result<Part, Error> {
+    pub fn start(&self, from: Option<i64>, whole: bool) -> Result<DecodeRun, Error> {
         let name = self.name();
         let mut last_error = None;
         for sync in EVERY_FRAME_ONCE {
             let pipe = Pipe::start(&mut self.decoding(from, sync)?, self)?;
-            let heard = pipe.heard.clone();
+            let log = pipe.log.clone();
             let frames = match whole {
                 true => y4m::spooled(pipe, &name, self.limits, self.matrix).map(Frames::Whole),
                 false => {
@@ -80,7 +80,7 @@ impl Task {
                 }
             };
             match frames {
-                Ok(frames) => return Ok(Part { frames, heard }),
+                Ok(frames) => return Ok(DecodeRun { frames, log }),
                 Err(error) if reason_of(&error).contains("max pixel count") => {
                     return Err(Error::TooManyPixels { name, limit: self.limits.pixels });
                 }
@@ -103,11 +103,12 @@ impl Task {
     /// The times of all frames that ffmpeg shows before this time.
     pub fn shown_until(&self, end: i64) -> Vec<i64> {
         let mut shown = Vec::new();
-        let Ok(Part { frames: Frames::Stream(mut stream), heard }) = self.start(None, false) else {
+        let Ok(DecodeRun { frames: Frames::Stream(mut stream), log }) = self.start(None, false)
+        else {
             return shown;
         };
         while let Ok(Some(_)) = stream.read_next()
-            && let Some(time) = heard.time(shown.len())
+            && let Some(time) = log.time(shown.len())
             && time < end
         {
             shown.push(time);
@@ -188,10 +189,10 @@ const MOSTLY_DAMAGED: i32 = 69;
 
 /// The output of ffmpeg. If it has failed, the end of the output is a read error.
 pub(super) struct Pipe {
-    child: Running,
-    output: Watched,
-    heard: Heard,
-    patience: Duration,
+    child: ChildGuard,
+    output: TimeoutReader,
+    log: DecoderLog,
+    timeout: Duration,
     has_written: bool,
 }
 
@@ -203,18 +204,18 @@ impl Pipe {
         let (Some(output), Some(errors)) = (child.stdout.take(), child.stderr.take()) else {
             return Err(Error::unreadable(task.name(), "ffmpeg started without its output"));
         };
-        let patience = task.program.patience;
-        let heard = Heard::listen(errors, patience);
-        let (child, output) = (Running::new(child), Watched::new(output, patience));
-        Ok(Self { child, output, heard, patience, has_written: false })
+        let timeout = task.program.timeout;
+        let log = DecoderLog::listen(errors, timeout);
+        let (child, output) = (ChildGuard::new(child), TimeoutReader::new(output, timeout));
+        Ok(Self { child, output, log, timeout, has_written: false })
     }
 
     /// Checks that ffmpeg has come to the end of the file. What it cannot decode is no failure: it
     /// goes on with the next frame that it can. Which frames are missing is told by their times.
     fn check_end(&self) -> io::Result<()> {
-        let status = self.child.end(self.patience)?;
-        let complaints = self.heard.whole()?;
-        let reason = if complaints.is_empty() { "it gives no reason" } else { &complaints };
+        let status = self.child.end(self.timeout)?;
+        let messages = self.log.whole()?;
+        let reason = if messages.is_empty() { "it gives no reason" } else { &messages };
         match status.code() {
             Some(0 | MOSTLY_DAMAGED) if self.has_written => Ok(()),
             Some(0 | MOSTLY_DAMAGED) => {

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use super::About;
-use super::heard::Complaint;
-use super::process::{Frames, Packets, Part, Task};
+use super::VideoInfo;
+use super::decoder_log::LogMessage;
+use super::process::{DecodeRun, Frames, Packets, Task};
 use crate::source::count_by_reading;
 use crate::y4m::Header;
 use crate::{Error, FrameFault, FrameRate, FrameSource, Note, Picture};
@@ -20,10 +20,10 @@ const TAIL: usize = 64;
 /// A video that ffmpeg decodes.
 pub(super) struct Video {
     task: Task,
-    about: About,
+    info: VideoInfo,
     /// How frames are stored that come from the beginning.
     header: Header,
-    part: Part,
+    run: DecodeRun,
     /// The frame that the part gives next, if none is missing there.
     next: usize,
     /// How many frames the part has given.
@@ -32,11 +32,11 @@ pub(super) struct Video {
     last: Option<i64>,
     /// When frame 0 is shown.
     start: Option<i64>,
-    places: Places,
+    frame_times: FrameTimes,
     /// Whether ffmpeg can begin at a place.
     jumps: bool,
     /// Frames that cannot be decoded, between others.
-    missing: Vec<Missing>,
+    missing: Vec<MissingFrames>,
     /// Frames that were read in advance.
     kept: BTreeMap<usize, Picture>,
     /// Whether frames before the wanted one are kept, since they may be wanted next.
@@ -50,7 +50,7 @@ pub(super) struct Video {
 
 /// When each frame is shown, in millionths of a second: where ffmpeg has to begin to start with
 /// that frame, and by which its number is known.
-enum Places {
+enum FrameTimes {
     /// The packets of the file have not been read yet. The file may have told the times of all
     /// frames.
     NotRead(Option<Vec<i64>>),
@@ -60,23 +60,23 @@ enum Places {
 }
 
 /// Frames that cannot be decoded, although the file has their data.
-struct Missing {
+struct MissingFrames {
     frames: Range<usize>,
     reason: String,
 }
 
 /// The end of one run of ffmpeg.
-struct End {
+struct RunEnd {
     /// The frame with which it began.
     start: usize,
     /// When its last frame is shown.
     time: i64,
-    /// What it complained of first.
-    complaint: Option<Complaint>,
+    /// The first error message.
+    message: Option<LogMessage>,
 }
 
 /// A frame as ffmpeg gives it.
-struct Raw {
+struct RawFrame {
     number: usize,
     samples: Vec<u8>,
     time: Option<i64>,
@@ -91,26 +91,26 @@ impl Video {
     /// Starts ffmpeg. `times` are those of all frames, if the file tells them.
     pub fn open(
         task: Task,
-        about: About,
+        info: VideoInfo,
         times: Option<Vec<i64>>,
         reverse: bool,
     ) -> Result<Self, Error> {
-        let part = task.start(None, false)?;
-        let header = part.header();
-        let places = match times.is_some() || about.is_countable {
-            true => Places::NotRead(times),
-            false => Places::Unknown,
+        let run = task.start(None, false)?;
+        let header = run.header();
+        let frame_times = match times.is_some() || info.is_countable {
+            true => FrameTimes::NotRead(times),
+            false => FrameTimes::Unknown,
         };
         let mut video = Self {
             task,
-            about,
+            info,
             header,
-            part,
+            run,
             next: 0,
             given: 0,
             last: None,
             start: None,
-            places,
+            frame_times,
             jumps: true,
             missing: Vec::new(),
             kept: BTreeMap::new(),
@@ -128,52 +128,53 @@ impl Video {
 
     /// Reading backwards takes places of the frames, or else a copy of the decoded video.
     fn prepare_reverse(&mut self) -> Result<(), Error> {
-        self.places();
+        self.frame_times();
         self.length = self.find_end();
         if self.length.is_some() {
             return Ok(());
         }
         self.reverse = false;
         let whole = self.task.start(None, true)?;
-        self.begin_part(whole, 0);
-        self.length = self.part.length();
+        self.begin_run(whole, 0);
+        self.length = self.run.length();
         self.note_damage();
         Ok(())
     }
 
-    fn begin_part(&mut self, part: Part, first: usize) {
-        (self.part, self.next, self.given, self.last) = (part, first, 0, None);
+    fn begin_run(&mut self, run: DecodeRun, first: usize) {
+        (self.run, self.next, self.given, self.last) = (run, first, 0, None);
     }
 
     /// When all frames are shown that can be, if that is certain.
-    fn places(&mut self) -> Option<&[i64]> {
-        if let Places::NotRead(_) = self.places {
+    fn frame_times(&mut self) -> Option<&[i64]> {
+        if let FrameTimes::NotRead(_) = self.frame_times {
             if self.start.is_none() && self.next == 0 {
                 let first = self.advance().ok()??;
                 let picture = self.picture(&first);
                 self.kept.insert(first.number, picture);
             }
             // The first frame may have asked for the places itself.
-            if let Places::NotRead(told) = &mut self.places {
+            if let FrameTimes::NotRead(told) = &mut self.frame_times {
                 let told = told.take().map(|times| Packets { times, key: None });
                 let packets = told.or_else(|| self.task.packet_times());
-                self.places = packets.map_or(Places::Unknown, |packets| self.places_of(packets));
+                self.frame_times =
+                    packets.map_or(FrameTimes::Unknown, |packets| self.frame_times_of(packets));
             }
         }
-        match &self.places {
-            Places::Known(times) => Some(times),
-            Places::NotRead(_) | Places::Unknown => None,
+        match &self.frame_times {
+            FrameTimes::Known(times) => Some(times),
+            FrameTimes::NotRead(_) | FrameTimes::Unknown => None,
         }
     }
 
     /// The places from frame 0 on, which is the first one that can be decoded: a video that was cut
     /// may begin with frames that need others before them. Frames that are shown twice, or at the
     /// same time, have no certain place.
-    fn places_of(&mut self, Packets { mut times, key }: Packets) -> Places {
+    fn frame_times_of(&mut self, Packets { mut times, key }: Packets) -> FrameTimes {
         let all = times.len();
-        let Some(start) = self.start else { return Places::Unknown };
+        let Some(start) = self.start else { return FrameTimes::Unknown };
         let Some(before) = times.iter().position(|&time| is_same(time, start)) else {
-            return Places::Unknown;
+            return FrameTimes::Unknown;
         };
         times.drain(..before);
         // Before the first key frame, any may be missing.
@@ -183,24 +184,24 @@ impl Video {
             times.retain(|&time| time + 1 >= key || is_shown(time));
         }
         if !times.is_sorted_by(|a, b| a < b) {
-            return Places::Unknown;
+            return FrameTimes::Unknown;
         }
         let frames = all - times.len();
-        if frames > 0 && self.part.heard.first().is_some() {
+        if frames > 0 && self.run.log.first().is_some() {
             self.notes.push(Note::NoBeginning { name: self.task.name(), frames });
         }
-        Places::Known(times)
+        FrameTimes::Known(times)
     }
 
     /// The next frame of the part; `None` at its end.
-    fn advance(&mut self) -> Result<Option<Raw>, Error> {
-        let Frames::Stream(stream) = &mut self.part.frames else { return Ok(None) };
+    fn advance(&mut self) -> Result<Option<RawFrame>, Error> {
+        let Frames::Stream(stream) = &mut self.run.frames else { return Ok(None) };
         let read = stream.read_next().map_err(|error| numbered(error, self.next))?;
         let Some(samples) = read else {
-            self.end_of_part();
+            self.end_of_run();
             return Ok(None);
         };
-        let time = self.part.heard.time(self.given);
+        let time = self.run.log.time(self.given);
         if self.start.is_none() && self.next == 0 {
             self.start = time;
         }
@@ -210,33 +211,33 @@ impl Video {
         self.given += 1;
         self.next = number + 1;
         self.last = time;
-        Ok(Some(Raw { number, samples, time }))
+        Ok(Some(RawFrame { number, samples, time }))
     }
 
     /// The number of the next frame of the part, which is shown at this time. It is not the number
-    /// after the last one if ffmpeg has complained and left out frames.
+    /// after the last one if ffmpeg has reported an error and left out frames.
     fn number(&mut self, time: i64) -> usize {
-        let is_odd = || self.is_late(time) || self.part.heard.first().is_some();
-        if matches!(&self.places, Places::NotRead(told) if told.is_some() || is_odd()) {
-            self.places();
+        let is_odd = || self.is_late(time) || self.run.log.first().is_some();
+        if matches!(&self.frame_times, FrameTimes::NotRead(told) if told.is_some() || is_odd()) {
+            self.frame_times();
         }
-        let Places::Known(times) = &self.places else { return self.next };
+        let FrameTimes::Known(times) = &self.frame_times else { return self.next };
         if times.get(self.next).is_some_and(|&next| is_same(next, time)) {
             return self.next;
         }
         let later = times.partition_point(|&before| before < time - 1);
         let is_there = times.get(later).is_some_and(|&there| is_same(there, time));
-        if let Some(complaint) = self.part.heard.near(self.given)
+        if let Some(message) = self.run.log.near(self.given)
             && is_there
             && later > self.next
         {
-            let reason = format!("ffmpeg: {}; the next good frame is {later}", complaint.text);
-            self.missing.push(Missing { frames: self.next..later, reason });
+            let reason = format!("ffmpeg: {}; the next good frame is {later}", message.text);
+            self.missing.push(MissingFrames { frames: self.next..later, reason });
             self.jumps = true;
             return later;
         }
         // A frame that comes at another time than the packets say has another number.
-        self.places = Places::Unknown;
+        self.frame_times = FrameTimes::Unknown;
         self.next
     }
 
@@ -246,14 +247,14 @@ impl Video {
         (time - last) as f64 / 1e6 > 1.5 * rate.time(1)
     }
 
-    /// Frames of which ffmpeg complains at the end of the file do not count.
-    fn end_of_part(&mut self) {
+    /// Frames for which ffmpeg reports an error at the end of the file do not count.
+    fn end_of_run(&mut self) {
         self.note_damage();
         if self.is_damage_noted && self.next > 0 {
-            self.places();
+            self.frame_times();
         }
-        let is_damaged = self.part.heard.near(self.given).is_some();
-        if let Places::Known(times) = &mut self.places
+        let is_damaged = self.run.log.near(self.given).is_some();
+        if let FrameTimes::Known(times) = &mut self.frame_times
             && self.next < times.len()
             && is_damaged
         {
@@ -264,16 +265,16 @@ impl Video {
     }
 
     fn note_damage(&mut self) {
-        if let Some(first) = self.part.heard.first().filter(|_| !self.is_damage_noted) {
+        if let Some(first) = self.run.log.first().filter(|_| !self.is_damage_noted) {
             self.is_damage_noted = true;
             let frame = (self.next + first.at).saturating_sub(self.given);
-            let (name, complaint) = (self.task.name(), first.text);
-            self.notes.push(Note::Damage { name, frame, complaint });
+            let (name, message) = (self.task.name(), first.text);
+            self.notes.push(Note::Damage { name, frame, message });
         }
     }
 
     fn note_change(&mut self, frame: usize) {
-        if !self.is_change_noted && self.part.heard.change() == Some(self.given) {
+        if !self.is_change_noted && self.run.log.change() == Some(self.given) {
             self.is_change_noted = true;
             let (name, size) = (self.task.name(), self.header.size());
             self.notes.push(Note::Scaled { name, frame, size });
@@ -282,49 +283,49 @@ impl Video {
 
     /// The number of frames up to the last one that can be decoded. Frames after it are forgotten.
     fn find_end(&mut self) -> Option<usize> {
-        let Places::Known(times) = &self.places else { return None };
+        let FrameTimes::Known(times) = &self.frame_times else { return None };
         let last = times.len() - 1;
         let starts = [last, last.saturating_sub(TAIL), 0];
         let end = starts.into_iter().find_map(|start| self.end_from(times, start))?;
         let length = times.partition_point(|&time| time <= end.time + 1);
-        if let Some(Complaint { at, text: complaint }) = end.complaint
+        if let Some(LogMessage { at, text: message }) = end.message
             && !self.is_damage_noted
         {
             self.is_damage_noted = true;
             let (name, frame) = (self.task.name(), end.start + at);
-            self.notes.push(Note::Damage { name, frame, complaint });
+            self.notes.push(Note::Damage { name, frame, message });
         }
         if length <= last {
             let frames = last + 1 - length;
             self.notes.push(Note::NoEnd { name: self.task.name(), frames });
         }
-        if let Places::Known(times) = &mut self.places {
+        if let FrameTimes::Known(times) = &mut self.frame_times {
             times.truncate(length);
         }
         Some(length)
     }
 
     /// The end of what ffmpeg gives if it begins with this frame.
-    fn end_from(&self, times: &[i64], start: usize) -> Option<End> {
-        let mut part = self.task.start(before(times, start), false).ok()?;
-        let Frames::Stream(stream) = &mut part.frames else { return None };
+    fn end_from(&self, times: &[i64], start: usize) -> Option<RunEnd> {
+        let mut run = self.task.start(before(times, start), false).ok()?;
+        let Frames::Stream(stream) = &mut run.frames else { return None };
         let mut last = None;
         for given in 0.. {
             match stream.read_next() {
-                Ok(Some(_)) => last = part.heard.time(given).or(last),
+                Ok(Some(_)) => last = run.log.time(given).or(last),
                 Ok(None) | Err(_) => break,
             }
         }
         // The first frames may be of before the start, if ffmpeg cannot begin there.
         let time = last.filter(|&last| last + 1 >= times[start])?;
-        Some(End { start, time, complaint: part.heard.first() })
+        Some(RunEnd { start, time, message: run.log.first() })
     }
 
     /// Sees to it that the part gives this frame next, or one not far before it.
     fn approach(&mut self, index: usize) -> Result<(), Error> {
         let is_near = (self.next..=self.next + NEAR).contains(&index);
         let is_known = self.kept.contains_key(&index) || self.missing_at(index).is_some();
-        if is_near || is_known || matches!(self.part.frames, Frames::Whole(_)) {
+        if is_near || is_known || matches!(self.run.frames, Frames::Whole(_)) {
             return Ok(());
         }
         if self.jumps && self.start_at(index).is_some() {
@@ -333,33 +334,33 @@ impl Video {
         // The frame cannot be decoded, or ffmpeg cannot begin there.
         self.jumps = false;
         if index < self.next {
-            let part = self.task.start(None, false)?;
-            self.begin_part(part, 0);
+            let run = self.task.start(None, false)?;
+            self.begin_run(run, 0);
         }
         Ok(())
     }
 
     /// Starts with this frame, if it is certain that ffmpeg then begins with that one.
     fn start_at(&mut self, index: usize) -> Option<()> {
-        let times = self.places()?;
+        let times = self.frame_times()?;
         let (wanted, from) = (*times.get(index)?, before(times, index));
         if self.kept.contains_key(&index) {
             return Some(());
         }
-        let mut part = self.task.start(from, false).ok()?;
+        let mut run = self.task.start(from, false).ok()?;
         // Frames of another size than the first one are scaled only from the beginning on.
-        let header = part.header();
+        let header = run.header();
         if (header.size(), header.frame_bytes()) != (self.header.size(), self.header.frame_bytes())
         {
             return None;
         }
-        let Frames::Stream(stream) = &mut part.frames else { return None };
+        let Frames::Stream(stream) = &mut run.frames else { return None };
         let samples = stream.read_next().ok()??;
-        let time = part.heard.time(0).filter(|&time| is_same(time, wanted))?;
-        self.begin_part(part, index + 1);
+        let time = run.log.time(0).filter(|&time| is_same(time, wanted))?;
+        self.begin_run(run, index + 1);
         (self.given, self.last) = (1, Some(time));
         self.note_damage();
-        let picture = self.picture(&Raw { number: index, samples, time: Some(time) });
+        let picture = self.picture(&RawFrame { number: index, samples, time: Some(time) });
         self.kept.insert(index, picture);
         Some(())
     }
@@ -373,9 +374,9 @@ impl Video {
 
     /// Reads a frame that is kept, or one at or after the next one of the part.
     fn read(&mut self, index: usize) -> Result<Option<Picture>, Error> {
-        if let Frames::Whole(file) = &mut self.part.frames {
+        if let Frames::Whole(file) = &mut self.run.frames {
             let picture = file.frame(index)?;
-            let [time, start] = [index, 0].map(|at| self.part.heard.time(at));
+            let [time, start] = [index, 0].map(|at| self.run.log.time(at));
             self.start = start;
             return Ok(picture.map(|picture| self.timed(picture, time)));
         }
@@ -394,7 +395,7 @@ impl Video {
         }
     }
 
-    fn picture(&self, raw: &Raw) -> Picture {
+    fn picture(&self, raw: &RawFrame) -> Picture {
         self.timed(self.header.picture(&raw.samples, raw.number), raw.time)
     }
 
@@ -407,7 +408,7 @@ impl Video {
 
     /// The first frame to read for this one.
     fn window(&self, index: usize) -> usize {
-        let held = self.task.limits.held_frames(self.about.pixels, BACKWARD_WINDOW);
+        let held = self.task.limits.held_frames(self.info.pixels, BACKWARD_WINDOW);
         (index + 1).saturating_sub(if self.reverse { held } else { 1 })
     }
 }
@@ -436,11 +437,11 @@ impl FrameSource for Video {
     fn rate(&self) -> Option<FrameRate> {
         let told = self.header.rate;
         let is_far = |mean: &FrameRate| told.is_none_or(|told| mean.time(100) > told.time(101));
-        self.about.mean_rate.filter(is_far).or(told)
+        self.info.mean_rate.filter(is_far).or(told)
     }
 
     fn has_sound(&self) -> bool {
-        self.about.sound
+        self.info.sound
     }
 
     fn notes(&mut self) -> Vec<Note> {
@@ -453,7 +454,7 @@ impl FrameSource for Video {
         }
         let first = self.frame(0)?;
         self.kept.extend(first.map(|picture| (0, picture)));
-        self.places();
+        self.frame_times();
         if let Some(length) = self.find_end() {
             return Ok(length);
         }

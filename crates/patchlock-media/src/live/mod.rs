@@ -13,9 +13,9 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::Duration;
 
-use crate::child::Running;
-use crate::{Error, FrameRate, Limits, Next, Note, ahead, ffmpeg, limits};
-use stream::{Raw, Stream, Task};
+use crate::child::ChildGuard;
+use crate::{Error, FrameRate, Limits, NextFrame, Note, ffmpeg, limits, prefetch};
+use stream::{RawFrame, Stream, Task};
 
 pub use address::Address;
 pub(crate) use address::schemes;
@@ -49,8 +49,8 @@ impl Default for Options {
 const PAUSES: [Duration; 2] = [Duration::from_millis(500), Duration::from_secs(8)];
 
 /// The newest frames of a live source.
-pub struct Live {
-    shared: Arc<Shared>,
+pub struct LiveSource {
+    shared: Arc<FrameSlot>,
     notes: Receiver<Note>,
     options: Options,
     /// The time of frame 0, in millionths of a second.
@@ -65,7 +65,7 @@ pub struct Live {
 
 /// What the thread that reads shares with the one that takes frames.
 #[derive(Default)]
-struct Shared {
+struct FrameSlot {
     state: Mutex<State>,
     changed: Condvar,
 }
@@ -73,7 +73,7 @@ struct Shared {
 #[derive(Default)]
 struct State {
     /// The newest frame that nobody has taken, with its number.
-    newest: Option<(usize, Raw)>,
+    newest: Option<(usize, RawFrame)>,
     /// Frames that have come.
     received: usize,
     ended: Option<Result<(), Error>>,
@@ -82,10 +82,10 @@ struct State {
     has_length: bool,
     /// Nobody wants frames any more.
     closed: bool,
-    running: Option<Arc<Running>>,
+    process: Option<Arc<ChildGuard>>,
 }
 
-impl Shared {
+impl FrameSlot {
     fn state(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -96,23 +96,23 @@ impl Shared {
     }
 
     /// Remembers the process that is to be ended with the source.
-    fn began(&self, running: &Arc<Running>) {
+    fn began(&self, process: &Arc<ChildGuard>) {
         let mut state = self.state();
-        state.running = Some(Arc::clone(running));
+        state.process = Some(Arc::clone(process));
         if state.closed {
-            running.kill();
+            process.kill();
         }
     }
 
     /// Passes a frame on. With `each`, it waits until the frame is taken; else the frame replaces
     /// one that was not. Returns whether more frames are wanted.
-    fn put(&self, raw: Raw, each: bool) -> bool {
+    fn put(&self, raw: RawFrame, each: bool) -> bool {
         let mut state = self.state();
         state.newest = Some((state.received, raw));
         state.received += 1;
         self.changed.notify_all();
         while each && state.newest.is_some() && !state.closed {
-            state = self.wait(state, ahead::PATIENCE);
+            state = self.wait(state, prefetch::MAX_WAIT);
         }
         !state.closed
     }
@@ -133,16 +133,16 @@ impl Shared {
     }
 }
 
-impl Live {
-    /// Opens the source on a thread of its own. What goes wrong is an error of [`Live::wait`].
+impl LiveSource {
+    /// Opens the source on a thread of its own. What goes wrong is an error of [`LiveSource::wait`].
     pub fn open(address: Address, options: Options) -> Self {
-        let patience = limits::LIVE_SILENCE;
-        Self::with(address, options, ffmpeg::Program { patience, ..Default::default() })
+        let timeout = limits::LIVE_SILENCE;
+        Self::with(address, options, ffmpeg::Program { timeout, ..Default::default() })
     }
 
     fn with(address: Address, options: Options, program: ffmpeg::Program) -> Self {
         let task = Task { address, program, limits: options.limits };
-        let shared = Arc::new(Shared::default());
+        let shared = Arc::new(FrameSlot::default());
         let (sender, notes) = mpsc::channel();
         let reader = Reader { task, shared: Arc::clone(&shared), notes: sender, options };
         thread::spawn(move || reader.run());
@@ -155,17 +155,17 @@ impl Live {
     /// # Errors
     /// [`Error::NotLive`] if it does not open, [`Error::FfmpegMissing`], [`Error::TooLarge`] and
     /// [`Error::TooManyPixels`]; [`Error::Gone`] if it has stopped.
-    pub fn wait(&mut self) -> Result<Next, Error> {
+    pub fn wait(&mut self) -> Result<NextFrame, Error> {
         let (index, raw) = {
             let mut state = self.shared.state();
             if state.newest.is_none() && state.ended.is_none() {
-                state = self.shared.wait(state, ahead::PATIENCE);
+                state = self.shared.wait(state, prefetch::MAX_WAIT);
             }
             match (state.newest.take(), &mut state.ended) {
                 (Some(newest), _) => newest,
-                (None, None) => return Ok(Next::NotYet),
+                (None, None) => return Ok(NextFrame::NotYet),
                 (None, Some(ended)) => {
-                    return std::mem::replace(ended, Ok(())).map(|()| Next::End);
+                    return std::mem::replace(ended, Ok(())).map(|()| NextFrame::End);
                 }
             }
         };
@@ -174,19 +174,19 @@ impl Live {
         let index = index - *self.before.get_or_insert(index);
         if self.options.end.is_some_and(|end| index >= end) {
             self.close();
-            return Ok(Next::End);
+            return Ok(NextFrame::End);
         }
         self.begun = self.begun.or(raw.time);
         self.given += 1;
         self.last = Some(index);
         if index < self.options.start {
-            return Ok(Next::NotYet);
+            return Ok(NextFrame::NotYet);
         }
         let mut picture = raw.picture(index);
         if let (Some(time), Some(begun)) = (raw.time, self.begun) {
             picture = picture.at(Some((time - begun) as f64 / 1e6));
         }
-        Ok(Next::Frame(index, picture))
+        Ok(NextFrame::Frame(index, picture))
     }
 
     /// What has happened since the last call.
@@ -224,14 +224,14 @@ impl Live {
         let mut state = self.shared.state();
         state.closed = true;
         state.ended = Some(Ok(()));
-        if let Some(running) = state.running.take() {
-            running.kill();
+        if let Some(process) = state.process.take() {
+            process.kill();
         }
         self.shared.changed.notify_all();
     }
 }
 
-impl Drop for Live {
+impl Drop for LiveSource {
     fn drop(&mut self) {
         self.close();
     }
@@ -240,7 +240,7 @@ impl Drop for Live {
 /// What the thread that reads has.
 struct Reader {
     task: Task,
-    shared: Arc<Shared>,
+    shared: Arc<FrameSlot>,
     notes: Sender<Note>,
     options: Options,
 }
@@ -280,7 +280,7 @@ impl Reader {
 
     /// Opens the source for the first time.
     fn open(&self) -> Result<Stream, Error> {
-        let began = |running: &Arc<Running>| self.shared.began(running);
+        let began = |process: &Arc<ChildGuard>| self.shared.began(process);
         let mut stream = self.task.open(false, &began)?;
         if stream.has_length {
             // The times at which parts of a file come say nothing.
@@ -315,7 +315,7 @@ impl Reader {
             if !self.shared.pause(pause) {
                 return Ok(None);
             }
-            match self.task.open(false, &|running| self.shared.began(running)) {
+            match self.task.open(false, &|process| self.shared.began(process)) {
                 Ok(stream) => {
                     let _ = self.notes.send(Note::Back { failed });
                     return Ok(Some(stream));
@@ -344,7 +344,7 @@ fn pauses(mut whole: Duration) -> Vec<Duration> {
 #[cfg(all(test, target_os = "linux"))]
 mod tests {
     use super::*;
-    use crate::fake_ffmpeg::Fake;
+    use crate::fake_ffmpeg::FakeFfmpeg;
     use std::fs;
 
     /// The description of the input, and the time of a frame.
@@ -353,18 +353,18 @@ mod tests {
                         frame() { echo \"[m @ 0] [info] frame:0 pts:$1 x\" >&2; printf 'FRAME\\nabcd'; }";
 
     /// Opens a source with a script in place of ffmpeg.
-    fn open_with(fake: &Fake, address: &str, options: Options) -> Live {
+    fn open_with(fake: &FakeFfmpeg, address: &str, options: Options) -> LiveSource {
         let address = Address::parse(address).unwrap().unwrap();
-        Live::with(address, options, fake.program.clone())
+        LiveSource::with(address, options, fake.program.clone())
     }
 
     /// The next frame: its number and time.
-    fn next(live: &mut Live) -> Result<Option<(usize, Option<f64>)>, Error> {
+    fn next(live: &mut LiveSource) -> Result<Option<(usize, Option<f64>)>, Error> {
         loop {
             match live.wait()? {
-                Next::Frame(index, picture) => return Ok(Some((index, picture.time))),
-                Next::End => return Ok(None),
-                Next::NotYet => {}
+                NextFrame::Frame(index, picture) => return Ok(Some((index, picture.time))),
+                NextFrame::End => return Ok(None),
+                NextFrame::NotYet => {}
             }
         }
     }
@@ -382,7 +382,7 @@ mod tests {
         let script = format!(
             "{LIVE}\nframe 1000000\nsleep 0.2\nfor k in 1 2 3 4 5; do frame ${{k}}000000; done\nsleep 0.4"
         );
-        let fake = Fake::new(&script);
+        let fake = FakeFfmpeg::new(&script);
         let mut live = open_with(&fake, "udp://h", ONCE);
         assert_eq!(next(&mut live).unwrap(), Some((0, Some(0.0))));
         thread::sleep(Duration::from_millis(400));
@@ -402,7 +402,7 @@ mod tests {
     fn a_lost_stream_is_opened_again_and_the_numbers_go_on() {
         // The second of three runs fails.
         let begins = "[ -e runs ] && [ $(wc -l < runs) = 1 ] && { echo x >> runs; exit 1; }";
-        let fake = Fake::new(&format!(
+        let fake = FakeFfmpeg::new(&format!(
             "{begins}\n{LIVE}\nframe $(wc -l < runs)000000\n[ $(wc -l < runs) = 3 ] && exec sleep 1000"
         ));
         let options = Options { reconnect: Duration::from_secs(3), ..RECONNECT };
@@ -418,7 +418,7 @@ mod tests {
 
     #[test]
     fn a_stream_that_does_not_come_back_is_an_error_that_says_how_often_it_was_tried() {
-        let fake = Fake::new(&format!(
+        let fake = FakeFfmpeg::new(&format!(
             "[ -e runs ] && {{ echo '[error] rtsp://u:secret@h/a: refused' >&2; exit 1; }}\n{LIVE}\nframe 1000000"
         ));
         let mut live = open_with(&fake, "rtsp://u:secret@h/a", RECONNECT);
@@ -433,7 +433,7 @@ mod tests {
 
     #[test]
     fn a_camera_that_stops_is_not_waited_for() {
-        let fake = Fake::new(&format!(
+        let fake = FakeFfmpeg::new(&format!(
             "{LIVE}\nframe 1\necho '[v4l2 @ 0] [error] No such device' >&2\nexit 1"
         ));
         let mut live = open_with(&fake, "0", RECONNECT);
@@ -444,11 +444,11 @@ mod tests {
 
     #[test]
     fn a_source_that_is_silent_is_ended() {
-        let fake = Fake::new("echo $$ > id\nexec sleep 1000");
+        let fake = FakeFfmpeg::new("echo $$ > id\nexec sleep 1000");
         let error = next(&mut open_with(&fake, "udp://h", RECONNECT)).unwrap_err().to_string();
         assert_eq!(error, "cannot open udp://h: no frame came for 0.5 s");
         assert!(fake.has_ended());
-        let fake = Fake::new(&format!("{LIVE}\nframe 1\nexec sleep 1000"));
+        let fake = FakeFfmpeg::new(&format!("{LIVE}\nframe 1\nexec sleep 1000"));
         let mut live = open_with(&fake, "udp://h", ONCE);
         assert!(next(&mut live).unwrap().is_some());
         let error = next(&mut live).unwrap_err().to_string();
@@ -459,7 +459,7 @@ mod tests {
     #[test]
     fn each_frame_of_a_file_that_is_served_is_given_once() {
         let served = LIVE.replace("N/A", "00:00:01.00");
-        let fake = Fake::new(&format!(
+        let fake = FakeFfmpeg::new(&format!(
             "echo \"$*\" >> asked\n{served}\nfor k in 7 8 9; do frame ${{k}}00000; done"
         ));
         let mut live = open_with(&fake, "http://h/v.mp4", RECONNECT);
@@ -477,7 +477,7 @@ mod tests {
 
     #[test]
     fn a_range_of_frames_is_given() {
-        let fake = Fake::new(&format!(
+        let fake = FakeFfmpeg::new(&format!(
             "{LIVE}\nfor k in 0 1 2 3 4 5 6 7 8 9; do frame $k; sleep 0.1; done\nexec sleep 1000"
         ));
         let mut live = open_with(&fake, "udp://h", Options { start: 2, end: Some(5), ..RECONNECT });
@@ -495,7 +495,7 @@ mod tests {
     fn without_ffmpeg_the_error_names_it() {
         let program = ffmpeg::Program { name: "/nowhere/ffmpeg".into(), ..Default::default() };
         let address = Address::parse("rtsp://h/a").unwrap().unwrap();
-        let error = next(&mut Live::with(address, ONCE, program)).unwrap_err();
+        let error = next(&mut LiveSource::with(address, ONCE, program)).unwrap_err();
         let expected =
             "rtsp://h/a is a live source; reading it needs ffmpeg, which is not on the PATH";
         assert_eq!(error.to_string(), expected);

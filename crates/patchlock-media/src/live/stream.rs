@@ -9,7 +9,7 @@ use std::thread;
 use std::time::Duration;
 
 use super::address::{Address, System, listed_camera, without_password};
-use crate::child::{Running, Watched, apart};
+use crate::child::{ChildGuard, TimeoutReader, own_process_group};
 use crate::colour::Matrix;
 use crate::ffmpeg::{EVERY_FRAME_ONCE, FORMATS, Program, matrix, without_address};
 use crate::y4m::{Header, Y4mStream, piece_of_line};
@@ -23,14 +23,14 @@ const MESSAGE_COMES: Duration = Duration::from_secs(1);
 const ANALYSIS: &str = "500000";
 
 /// A frame as it came.
-pub struct Raw {
+pub struct RawFrame {
     header: Header,
     samples: Vec<u8>,
     /// In millionths of a second: since 1970 if the source is live, else as the file says.
     pub time: Option<i64>,
 }
 
-impl Raw {
+impl RawFrame {
     /// The frame of this number in colours.
     pub fn picture(&self, index: usize) -> Picture {
         self.header.picture(&self.samples, index)
@@ -39,12 +39,12 @@ impl Raw {
 
 /// Frames of one run of ffmpeg, in the order in which they come.
 pub struct Stream {
-    frames: Y4mStream<Watched>,
-    times: Receiver<Said>,
+    frames: Y4mStream<TimeoutReader>,
+    times: Receiver<LogEvent>,
     errors: Arc<Mutex<Vec<String>>>,
-    running: Arc<Running>,
+    process: Arc<ChildGuard>,
     address: Address,
-    patience: Duration,
+    timeout: Duration,
     /// Whether ffmpeg prints times.
     is_timed: bool,
     /// Whether it is a file that somebody serves, which has an end.
@@ -53,7 +53,7 @@ pub struct Stream {
 
 /// What ffmpeg prints.
 #[derive(Debug, PartialEq)]
-enum Said {
+enum LogEvent {
     /// Whether the input has an end.
     HasLength(bool),
     /// What the input says of the colours of its video.
@@ -74,7 +74,7 @@ pub struct Task {
 impl Task {
     /// Starts ffmpeg and waits for the first frame. `began` gets the process as soon as it runs. With
     /// `as_told`, the times are those of the stream, not those at which its parts came.
-    pub fn open(&self, as_told: bool, began: &dyn Fn(&Arc<Running>)) -> Result<Stream, Error> {
+    pub fn open(&self, as_told: bool, began: &dyn Fn(&Arc<ChildGuard>)) -> Result<Stream, Error> {
         let address = self.camera_by_name()?;
         let mut old_version = None;
         for sync in EVERY_FRAME_ONCE {
@@ -121,7 +121,7 @@ impl Task {
         command.args(["-strict", "-1", "-flush_packets", "1", "-f", "yuv4mpegpipe", "-"]);
         match address.is_pipe() {
             true => command.stdin(Stdio::inherit()),
-            false => apart(command.arg("-nostdin").stdin(Stdio::null())),
+            false => own_process_group(command.arg("-nostdin").stdin(Stdio::null())),
         };
         command.stdout(Stdio::piped()).stderr(Stdio::piped());
         command
@@ -132,55 +132,55 @@ impl Task {
         address: &Address,
         sync: [&str; 2],
         as_told: bool,
-        began: &dyn Fn(&Arc<Running>),
+        began: &dyn Fn(&Arc<ChildGuard>),
     ) -> Result<Stream, Error> {
         let mut child = self
             .command(address, sync, as_told)
             .spawn()
             .map_err(|error| self.cannot_start(error))?;
         let (output, messages) = (child.stdout.take(), child.stderr.take());
-        let running = Arc::new(Running::new(child));
-        began(&running);
+        let process = Arc::new(ChildGuard::new(child));
+        began(&process);
         let (Some(output), Some(messages)) = (output, messages) else {
             return Err(self.cannot_open("ffmpeg started without its output".to_string()));
         };
-        let (errors, patience) = (Arc::default(), self.program.patience);
+        let (errors, timeout) = (Arc::default(), self.program.timeout);
         let times = listen(messages, Arc::clone(&errors));
         let (mut has_length, mut matrix) = (false, None);
         let opened = loop {
-            match times.recv_timeout(patience) {
+            match times.recv_timeout(timeout) {
                 // What the user has called live is.
-                Ok(Said::HasLength(known)) => has_length = known && !address.is_pipe(),
-                Ok(Said::Video(said)) => matrix = matrix.or(said),
-                Ok(Said::Opened) => break true,
-                Ok(Said::Time(_)) => {}
+                Ok(LogEvent::HasLength(known)) => has_length = known && !address.is_pipe(),
+                Ok(LogEvent::Video(said)) => matrix = matrix.or(said),
+                Ok(LogEvent::Opened) => break true,
+                Ok(LogEvent::Time(_)) => {}
                 Err(mpsc::RecvTimeoutError::Timeout) => {
-                    running.kill();
-                    return Err(self.cannot_open(silence(patience)));
+                    process.kill();
+                    return Err(self.cannot_open(silence(timeout)));
                 }
                 Err(mpsc::RecvTimeoutError::Disconnected) => break false,
             }
         };
-        let output = Watched::new(output, patience);
+        let output = TimeoutReader::new(output, timeout);
         let name = self.address.shown();
         let frames = match Y4mStream::begin(output, &name, self.limits, matrix, 0) {
             Ok(frames) if opened => frames,
             Err(error @ Error::TooLarge { .. }) => return Err(error),
-            Ok(_) | Err(_) => return Err(self.why_not(&running, &times, &errors)),
+            Ok(_) | Err(_) => return Err(self.why_not(&process, &times, &errors)),
         };
         let address = self.address.clone();
         let is_timed = true;
-        Ok(Stream { frames, times, errors, running, address, patience, is_timed, has_length })
+        Ok(Stream { frames, times, errors, process, address, timeout, is_timed, has_length })
     }
 
     /// Why ffmpeg has opened nothing.
     fn why_not(
         &self,
-        running: &Running,
-        messages: &Receiver<Said>,
+        process: &ChildGuard,
+        messages: &Receiver<LogEvent>,
         errors: &Mutex<Vec<String>>,
     ) -> Error {
-        let ended = running.end(self.program.patience);
+        let ended = process.end(self.program.timeout);
         let reason = reason(messages, errors, &self.address);
         let name = self.address.shown();
         if reason.contains("max pixel count") {
@@ -193,7 +193,7 @@ impl Task {
             };
         }
         self.cannot_open(match ended {
-            Err(_) => silence(self.program.patience),
+            Err(_) => silence(self.program.timeout),
             Ok(_) if reason.is_empty() => "ffmpeg gives no reason".to_string(),
             Ok(_) => reason,
         })
@@ -215,8 +215,8 @@ impl Task {
     }
 }
 
-fn silence(patience: Duration) -> String {
-    format!("no frame came for {} s", patience.as_secs_f64())
+fn silence(timeout: Duration) -> String {
+    format!("no frame came for {} s", timeout.as_secs_f64())
 }
 
 impl Stream {
@@ -224,18 +224,18 @@ impl Stream {
     ///
     /// # Errors
     /// [`Error::Gone`] if the source has failed.
-    pub fn next(&mut self) -> Result<Option<Raw>, Error> {
+    pub fn next(&mut self) -> Result<Option<RawFrame>, Error> {
         match self.frames.read_next() {
             Ok(Some(samples)) => {
-                Ok(Some(Raw { header: self.frames.header(), samples, time: self.time() }))
+                Ok(Some(RawFrame { header: self.frames.header(), samples, time: self.time() }))
             }
-            Ok(None) => match self.running.end(self.patience) {
+            Ok(None) => match self.process.end(self.timeout) {
                 Ok(status) if status.success() => Ok(None),
                 _ => Err(self.gone("the connection ended")),
             },
             Err(_) => {
-                self.running.kill();
-                Err(self.gone(&silence(self.patience)))
+                self.process.kill();
+                Err(self.gone(&silence(self.timeout)))
             }
         }
     }
@@ -244,8 +244,8 @@ impl Stream {
     fn time(&mut self) -> Option<i64> {
         while self.is_timed {
             match self.times.recv_timeout(MESSAGE_COMES) {
-                Ok(Said::Time(time)) => return time,
-                Ok(Said::HasLength(_) | Said::Video(_) | Said::Opened) => {}
+                Ok(LogEvent::Time(time)) => return time,
+                Ok(LogEvent::HasLength(_) | LogEvent::Video(_) | LogEvent::Opened) => {}
                 Err(_) => self.is_timed = false,
             }
         }
@@ -266,7 +266,7 @@ impl Stream {
 
 /// The last errors that ffmpeg has printed, without the password of the address. It has ended, but
 /// its messages may not all have been read.
-fn reason(messages: &Receiver<Said>, errors: &Mutex<Vec<String>>, address: &Address) -> String {
+fn reason(messages: &Receiver<LogEvent>, errors: &Mutex<Vec<String>>, address: &Address) -> String {
     while messages.recv_timeout(MESSAGE_COMES).is_ok() {}
     let errors = errors.lock().unwrap_or_else(PoisonError::into_inner);
     let name = address.shown();
@@ -296,7 +296,10 @@ fn list_format(message: &str) -> Option<&'static str> {
 const ERRORS: usize = 2;
 
 /// Reads the messages of ffmpeg on a thread.
-fn listen(messages: impl Read + Send + 'static, errors: Arc<Mutex<Vec<String>>>) -> Receiver<Said> {
+fn listen(
+    messages: impl Read + Send + 'static,
+    errors: Arc<Mutex<Vec<String>>>,
+) -> Receiver<LogEvent> {
     let (sender, said) = mpsc::channel();
     thread::spawn(move || {
         let mut messages = BufReader::new(messages);
@@ -308,8 +311,8 @@ fn listen(messages: impl Read + Send + 'static, errors: Arc<Mutex<Vec<String>>>)
                 errors.push(error);
                 let surplus = errors.len().saturating_sub(ERRORS);
                 errors.drain(..surplus);
-            } else if let Some(found) = said_in(&line) {
-                let is_time = matches!(found, Said::Time(_));
+            } else if let Some(found) = log_event_in(&line) {
+                let is_time = matches!(found, LogEvent::Time(_));
                 // The time of the first frame may come before the description of the output.
                 if (is_time || !opened) && sender.send(found).is_err() {
                     return;
@@ -333,23 +336,23 @@ fn error_in(line: &str) -> Option<String> {
     is_level.then(|| of_format(without_address(text)))
 }
 
-fn said_in(line: &str) -> Option<Said> {
+fn log_event_in(line: &str) -> Option<LogEvent> {
     let text = line.split_once("[info] ").map(|(_, text)| text.trim_start())?;
     if text.starts_with("frame:") {
         let (_, after) = text.split_once(" pts:")?;
         let time = after.split_whitespace().next().and_then(|text| text.parse().ok());
-        return Some(Said::Time(time));
+        return Some(LogEvent::Time(time));
     }
     if let Some(length) = text.strip_prefix("Duration: ") {
-        return Some(Said::HasLength(!length.starts_with("N/A")));
+        return Some(LogEvent::HasLength(!length.starts_with("N/A")));
     }
     if text.starts_with("Stream mapping:") {
-        return Some(Said::Opened);
+        return Some(LogEvent::Opened);
     }
     let (_, video) = text.strip_prefix("Stream #")?.split_once(": Video: ")?;
     // As in `yuv420p(tv, bt709/unknown/unknown, progressive)`.
     let words = video.split(['(', ')', ',', ' ']).filter_map(|word| word.split('/').next());
-    Some(Said::Video({ words }.find_map(matrix)))
+    Some(LogEvent::Video({ words }.find_map(matrix)))
 }
 
 #[cfg(test)]
@@ -358,21 +361,21 @@ mod tests {
 
     #[test]
     fn messages_of_ffmpeg_are_understood() {
-        let said = said_in;
-        assert_eq!(said("[info]   Duration: N/A, start: 1.0"), Some(Said::HasLength(false)));
-        assert_eq!(said("[info]   Duration: 00:00:05.00, "), Some(Said::HasLength(true)));
+        let said = log_event_in;
+        assert_eq!(said("[info]   Duration: N/A, start: 1.0"), Some(LogEvent::HasLength(false)));
+        assert_eq!(said("[info]   Duration: 00:00:05.00, "), Some(LogEvent::HasLength(true)));
         let video = "[info]   Stream #0:0: Video: mjpeg (Baseline), yuvj420p(pc, bt470bg/unknown/unknown), 2x2";
-        assert_eq!(said(video), Some(Said::Video(Some(Matrix::Bt601))));
+        assert_eq!(said(video), Some(LogEvent::Video(Some(Matrix::Bt601))));
         let video =
             "[info]   Stream #0:1[0x100]: Video: h264 (High), yuv420p(tv, bt709, progressive), 2x2";
-        assert_eq!(said(video), Some(Said::Video(Some(Matrix::Bt709))));
+        assert_eq!(said(video), Some(LogEvent::Video(Some(Matrix::Bt709))));
         let video = "[info]   Stream #0:0: Video: h264 (High), yuv420p(progressive), 2x2";
-        assert_eq!(said(video), Some(Said::Video(None)));
+        assert_eq!(said(video), Some(LogEvent::Video(None)));
         let time =
             "[Parsed_metadata_2 @ 0x5f] [info] frame:2    pts:1795610163103000 pts_time:1.79e+09";
-        assert_eq!(said(time), Some(Said::Time(Some(1_795_610_163_103_000))));
-        assert_eq!(said("[x @ 0x1] [info] frame:2    pts:NOPTS"), Some(Said::Time(None)));
-        assert_eq!(said("[info] Stream mapping:"), Some(Said::Opened));
+        assert_eq!(said(time), Some(LogEvent::Time(Some(1_795_610_163_103_000))));
+        assert_eq!(said("[x @ 0x1] [info] frame:2    pts:NOPTS"), Some(LogEvent::Time(None)));
+        assert_eq!(said("[info] Stream mapping:"), Some(LogEvent::Opened));
         assert_eq!(said("[info]   Stream #0:1: Audio: aac"), None);
         let error = error_in("[rtsp @ 0x55] [error] method DESCRIBE failed: 404 Not Found");
         assert_eq!(error.as_deref(), Some("method DESCRIBE failed: 404 Not Found"));

@@ -2,7 +2,7 @@
 //! decoder in Rust would is left to that one, which goes on where ffmpeg has stopped.
 
 use super::{Mp4, StreamInfo, micros};
-use crate::external_decoder::{ExternalDecoder, Wanted};
+use crate::external_decoder::{DecodeRequest, ExternalDecoder};
 
 /// From this many pixels of all frames together, it is worth starting ffmpeg.
 pub const LONG: usize = 30_000_000;
@@ -10,7 +10,7 @@ pub const LONG: usize = 30_000_000;
 const NEAR: usize = 256;
 
 /// A running ffmpeg that decodes the pictures.
-pub struct External {
+pub struct ExternalReader {
     decoder: ExternalDecoder,
     /// When each picture is shown, in millionths of a second.
     times: Vec<i64>,
@@ -22,7 +22,7 @@ pub struct External {
 
 impl Mp4 {
     /// Starts ffmpeg at a frame; `None` if that is not sure to give the frames of the decoder.
-    pub(super) fn start_ffmpeg(&mut self, first: usize) -> Option<External> {
+    pub(super) fn start_ffmpeg(&mut self, first: usize) -> Option<ExternalReader> {
         let program = self.program.clone()?;
         // ffmpeg rounds a crop at the left.
         if (self.info.crop_left, self.info.crop_top) != (0, 0) {
@@ -40,9 +40,9 @@ impl Mp4 {
             let cut = times[before] + (times[first] - times[before]) / 2;
             (times[self.pictures.shown[entrance]], cut)
         });
-        let wanted = Wanted { path: &self.path, first, from, size: self.info.shown() };
-        let decoder = ExternalDecoder::start(&program, &wanted, self.limits)?;
-        Some(External { decoder, times, checked: entrance, info: self.info })
+        let request = DecodeRequest { path: &self.path, first, from, size: self.info.shown() };
+        let decoder = ExternalDecoder::start(&program, &request, self.limits)?;
+        Some(ExternalReader { decoder, times, checked: entrance, info: self.info })
     }
 
     /// The planes of a picture that ffmpeg decodes, and their parameters. After `None`, the decoder
@@ -74,7 +74,7 @@ mod tests {
 
     use super::*;
     use crate::confine::tests::files_are_kept;
-    use crate::fake_ffmpeg::Fake;
+    use crate::fake_ffmpeg::FakeFfmpeg;
     use crate::ffmpeg::Program;
     use crate::{Error, FrameSource, Limits, Picture};
 
@@ -197,10 +197,10 @@ mod tests {
         ];
         for (script, by_program) in fails {
             let real = "real() { ffmpeg \"$@\"; }";
-            let fake = Fake::new(&format!("{real}\n{script}"));
-            let patience =
+            let fake = FakeFfmpeg::new(&format!("{real}\n{script}"));
+            let timeout =
                 Duration::from_millis(if script.contains("sleep") { 3000 } else { 20_000 });
-            let program = Program { patience, ..fake.program.clone() };
+            let program = Program { timeout, ..fake.program.clone() };
             let (read, count) = by(&program, &file, 0..FRAMES + 1);
             assert_same(&read, &expected, 0..FRAMES + 1);
             assert_eq!(count, by_program, "{script}");
@@ -213,8 +213,8 @@ mod tests {
         let Some(file) = encoded(folder.path(), "v.mp4", "96x80", &[]) else { return };
         let elsewhere = folder.path().join("file");
         let tries = format!("(echo x > '{}') 2> /dev/null", elsewhere.display());
-        let fake = Fake::new(&format!("{tries}\nexec ffmpeg \"$@\""));
-        let program = Program { patience: Duration::from_secs(20), ..fake.program.clone() };
+        let fake = FakeFfmpeg::new(&format!("{tries}\nexec ffmpeg \"$@\""));
+        let program = Program { timeout: Duration::from_secs(20), ..fake.program.clone() };
         let (_, count) = by(&program, &file, 0..FRAMES);
         assert_eq!(count, FRAMES);
         assert!(!elsewhere.exists() || !files_are_kept());
@@ -224,7 +224,7 @@ mod tests {
     fn short_videos_and_readers_that_go_backwards_start_no_ffmpeg() {
         let folder = tempfile::tempdir().unwrap();
         let Some(file) = encoded(folder.path(), "v.mp4", "96x80", &[]) else { return };
-        let fake = Fake::new("echo x >> runs\nexit 1");
+        let fake = FakeFfmpeg::new("echo x >> runs\nexit 1");
         let mut video = opened(&file, Some(fake.program.clone()));
         video.announce(0, usize::MAX);
         let limits = Limits::default();
@@ -253,7 +253,7 @@ mod tests {
             std::fs::write(&file, damaged).unwrap();
             let mut decoder = opened(&file, None);
             let expected: Vec<_> = (0..FRAMES).map(|k| decoder.frame(k)).collect();
-            let program = Program { patience: Duration::from_secs(20), ..Program::default() };
+            let program = Program { timeout: Duration::from_secs(20), ..Program::default() };
             let (read, _) = by(&program, &file, 0..FRAMES);
             for (k, (found, expected)) in read.iter().zip(&expected).enumerate() {
                 let [found, expected] =

@@ -7,7 +7,7 @@ use std::path::Path;
 use shiguredo_mp4::boxes::ElstEntry;
 
 use crate::limits;
-use crate::mp4_edits::{self, Shown};
+use crate::mp4_edits::{self, PresentedFrame};
 use crate::mp4_index::{self, Sample};
 
 /// The pictures of a track in the two orders that a reader needs.
@@ -38,7 +38,12 @@ impl Pictures {
     }
 
     /// The frames that an edit list shows.
-    pub fn shown(&self, timescale: u32, list: &EditList, bytes: u64) -> Result<Vec<Shown>, String> {
+    pub fn shown(
+        &self,
+        timescale: u32,
+        list: &EditList,
+        bytes: u64,
+    ) -> Result<Vec<PresentedFrame>, String> {
         let times: Vec<i64> = self.stored.iter().map(|&k| self.samples[k].time).collect();
         let most = limits::frames(bytes) as usize;
         mp4_edits::shown(&times, timescale, &list.edits, list.timescale, most)
@@ -46,7 +51,7 @@ impl Pictures {
 
     /// Leaves out the frames from the first one on whose data would come after the end of the file,
     /// and returns how many these are. Data that are missing between others are left alone.
-    pub fn cut(&self, frames: &mut Vec<Shown>, bytes: u64) -> usize {
+    pub fn cut(&self, frames: &mut Vec<PresentedFrame>, bytes: u64) -> usize {
         let is_there =
             |sample: &Sample| sample.offset.saturating_add(u64::from(sample.size)) <= bytes;
         let end = self.samples.iter().rposition(is_there).map_or(0, |last| last + 1);

@@ -29,12 +29,12 @@ pub struct Tiff<'a> {
     pub size: (u32, u32),
     pub compression: u32,
     /// Rows of a strip, or width and height of a tile.
-    pub place: Place,
+    pub place: TiffLayout,
     pub data: &'a [u8],
     pub parts: &'a [(u32, u32)],
 }
 
-pub enum Place {
+pub enum TiffLayout {
     Strip(u32),
     Tile(u32, u32),
 }
@@ -46,8 +46,10 @@ impl Tiff<'_> {
         let after = HEADER + self.data.len() as u32;
         let (offsets, counts) = (after, after + 4 * count);
         let place = match self.place {
-            Place::Strip(rows) => vec![(273, offsets, count), (278, rows, 1), (279, counts, count)],
-            Place::Tile(width, height) => {
+            TiffLayout::Strip(rows) => {
+                vec![(273, offsets, count), (278, rows, 1), (279, counts, count)]
+            }
+            TiffLayout::Tile(width, height) => {
                 vec![(322, width, 1), (323, height, 1), (324, offsets, count), (325, counts, count)]
             }
         };

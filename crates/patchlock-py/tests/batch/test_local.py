@@ -230,7 +230,7 @@ def test_a_process_that_is_killed_is_replaced(tmp_path: Path, clips: list[Clip])
     assert manifests_below(tmp_path / "out") == manifests_below(tmp_path / "whole")
 
 
-class Fragile:
+class LosingEngine:
     """An engine that loses the first `losses` runs."""
 
     slots = room = threads = 1
@@ -238,7 +238,7 @@ class Fragile:
     def __init__(self, losses: int) -> None:
         self.losses, self.keys = losses, list[int]()
 
-    def __enter__(self) -> Fragile:
+    def __enter__(self) -> LosingEngine:
         return self
 
     def __exit__(self, *_: object) -> None: ...
@@ -253,7 +253,7 @@ class Fragile:
 
 @pytest.mark.parametrize(("losses", "tries"), [(0, 1), (2, 3), (9, 3)])
 def test_a_lost_run_is_retried_a_limited_number_of_times(losses: int, tries: int) -> None:
-    engine = Fragile(losses)
+    engine = LosingEngine(losses)
     task = Task("a", "seed 0", "{}", None)  # type: ignore[arg-type]
     [(same, outcome)] = drive(engine, [task], retries=2)
     assert same is task and len(engine.keys) == tries

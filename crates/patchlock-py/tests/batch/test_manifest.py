@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from patchlock.batch import Clip, ClipError, ManifestError, write_truth
-from patchlock.batch.manifest import Unreadable, read
+from patchlock.batch.manifest import InvalidRow, read
 
 
 def csv(folder: Path, text: str) -> Path:
@@ -82,7 +82,7 @@ def test_other_files_are_refused(tmp_path: Path) -> None:
 )
 def test_invalid_lines_are_reported_with_their_name(tmp_path: Path, line: str, said: str) -> None:
     bad, good = read(csv(tmp_path, f"source,box,start,settings\n{line}\nb.mp4,1 2 3 4,,\n"))
-    assert isinstance(bad, Unreadable) and said in bad.message and "line 2" in bad.message
+    assert isinstance(bad, InvalidRow) and said in bad.message and "line 2" in bad.message
     assert clip(good).name == "b"
 
 

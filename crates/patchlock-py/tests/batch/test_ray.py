@@ -44,7 +44,7 @@ def cluster() -> Iterator[Any]:
     cluster.shutdown()
 
 
-class Marking(Ray):
+class CountingRay(Ray):
     """Counts submitted runs; each run creates a file whose name holds its node and process."""
 
     submitted = 0
@@ -54,7 +54,7 @@ class Marking(Ray):
         self.marks = marks
         marks.mkdir()
 
-    def __enter__(self) -> Marking:
+    def __enter__(self) -> CountingRay:
         super().__enter__()
         marks = str(self.marks)
 
@@ -104,7 +104,7 @@ def test_killing_a_node_does_not_change_the_results(tmp_path: Path, clips: list[
     second = cluster.add_node(num_cpus=1, object_store_memory=MEMORY)
     assert len(cluster.list_all_nodes()) == 2
     out, marks = tmp_path / "ray", tmp_path / "marks"
-    with Marking(cluster.address, marks) as engine:
+    with CountingRay(cluster.address, marks) as engine:
         assert engine.slots == 2
         killer = threading.Thread(target=kill_when_it_begins_a_run, args=[second, marks, out])
         killer.start()

@@ -1,13 +1,13 @@
 //! What tests of the truth measure.
 
-use patchlock_scene::{Scene, SceneConfig, TargetLook, Truth};
+use patchlock_scene::{Scene, SceneConfig, TargetTexture, Truth};
 
 /// How much of each pixel the target covers, measured from two renderings
 /// that differ only in the red of the target.
 pub fn coverage(config: &SceneConfig, k: usize) -> Vec<f64> {
     let with = |red| {
         let config = SceneConfig {
-            target_look: TargetLook::Flat([red, 90, 90]),
+            target_texture: TargetTexture::Flat([red, 90, 90]),
             light: Vec::new(),
             sensor_noise: 0.0,
             ..config.clone()

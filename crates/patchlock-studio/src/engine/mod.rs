@@ -1,4 +1,4 @@
-//! Tracking jobs: which stretches of a video a wish means ([`plan`]), and a tracker on the frames
+//! Tracking jobs: which stretches of a video a request means ([`plan`]), and a tracker on the frames
 //! of one ([`Engine::track`]). [`look`] compares a frame with the nearest key frame.
 
 pub mod look;
@@ -9,12 +9,12 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use patchlock::{BoundingBox, TrackerConfig};
-use patchlock_media::{Ahead, Limits, Picture};
+use patchlock_media::{Limits, Picture, Prefetcher};
 use patchlock_track::session::Session;
 use rayon::ThreadPool;
 
-use crate::project::Tracked;
-use crate::tracking::Found;
+use crate::project::TrackedBox;
+use crate::tracking::FrameEstimate;
 use crate::tracking::join::join;
 use plan::{Anchor, Span};
 
@@ -58,11 +58,11 @@ pub trait Listener {
 
     /// A box was found. Those of a span between two key frames come twice: as tracked forward, and,
     /// with the last one, all as joined. A pass over the frames that shows nothing new has no box.
-    fn found(&mut self, frame: usize, tracked: Option<Tracked>);
+    fn found(&mut self, frame: usize, tracked: Option<TrackedBox>);
 }
 
 impl Engine {
-    /// Tracks a span, with what was known before of [doubtful](crate::tracking::doubt::doubtful)
+    /// Tracks a span, with what was known before of [doubtful](crate::tracking::review::doubtful)
     /// frames. Returns the boxes of its frames without those that it starts from, or `None` if the
     /// listener has stopped it; what was found until then it knows.
     ///
@@ -71,9 +71,9 @@ impl Engine {
     pub fn track(
         &self,
         span: Span,
-        before: &BTreeMap<usize, Tracked>,
+        before: &BTreeMap<usize, TrackedBox>,
         listener: &mut dyn Listener,
-    ) -> Result<Option<Vec<(usize, Tracked)>>, Error> {
+    ) -> Result<Option<Vec<(usize, TrackedBox)>>, Error> {
         let (first, last) = match span {
             Span::Between { first, last } => (first, last),
             Span::After { start, to } => return self.pass(start, to, true, listener).map(alone),
@@ -84,7 +84,7 @@ impl Engine {
             return Ok(None);
         };
         backward.reverse();
-        let found = |pass: Vec<(usize, Found)>| -> Vec<Found> {
+        let found = |pass: Vec<(usize, FrameEstimate)>| -> Vec<FrameEstimate> {
             pass.into_iter().map(|(_, found)| found).collect()
         };
         let before = |at: usize| before.get(&(first.0 + 1 + at)).copied();
@@ -99,13 +99,13 @@ impl Engine {
         to: usize,
         shown: bool,
         listener: &mut dyn Listener,
-    ) -> Result<Option<Vec<(usize, Found)>>, Error> {
+    ) -> Result<Option<Vec<(usize, FrameEstimate)>>, Error> {
         let (first, bbox) = start;
         let backward = to < first;
         let source = patchlock_media::open_within(&self.video, backward, self.limits)?;
         let mut frames = match backward {
-            true => Ahead::start(source, (to..=first).rev()),
-            false => Ahead::start(source, first..=to),
+            true => Prefetcher::start(source, (to..=first).rev()),
+            false => Prefetcher::start(source, first..=to),
         };
         let tracker = |frame, reason| Error::Tracker { frame, reason };
         let mut session = None;
@@ -137,18 +137,18 @@ impl Engine {
         session: &mut Option<Session>,
         picture: &Picture,
         bbox: BoundingBox,
-    ) -> Result<Found, patchlock::Error> {
+    ) -> Result<FrameEstimate, patchlock::Error> {
         let frame = picture.frame()?;
         if let Some(session) = session {
-            return Ok(Found::from(session.update(&frame)?.0));
+            return Ok(FrameEstimate::from(session.update(&frame)?.0));
         }
         let (config, pool) = (self.config.clone(), Arc::clone(&self.pool));
         let (begun, _) = Session::start(config, pool, &frame, bbox)?;
-        Ok(Found::from(session.insert(begun).estimate()))
+        Ok(FrameEstimate::from(session.insert(begun).estimate()))
     }
 }
 
 /// The boxes of a span that was tracked from one side only.
-fn alone(pass: Option<Vec<(usize, Found)>>) -> Option<Vec<(usize, Tracked)>> {
+fn alone(pass: Option<Vec<(usize, FrameEstimate)>>) -> Option<Vec<(usize, TrackedBox)>> {
     Some(pass?.into_iter().map(|(frame, found)| (frame, found.into())).collect())
 }

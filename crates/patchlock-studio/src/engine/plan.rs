@@ -8,7 +8,7 @@ use crate::project::Target;
 /// What to track.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(untagged, deny_unknown_fields)]
-pub enum Wish {
+pub enum TrackRequest {
     /// What a new key frame changes: between the key frames before and after it. After the last key
     /// frame, up to the next hidden stretch or the end; before the first one, only where there are
     /// tracked boxes already.
@@ -85,7 +85,7 @@ impl Span {
     }
 }
 
-impl Wish {
+impl TrackRequest {
     /// The target.
     pub fn target(&self) -> u64 {
         match *self {
@@ -97,9 +97,10 @@ impl Wish {
 /// The spans to track, in a video with this number of frames.
 ///
 /// # Errors
-/// What is wrong with the wish: a frame that the video does not have, or no box to start from.
-pub fn spans(target: &Target, wish: Wish, frames: usize) -> Result<Vec<Span>, String> {
-    let (Wish::Around { around: frame, until, .. } | Wish::From { from: frame, until, .. }) = wish;
+/// What is wrong with the request: a frame that the video does not have, or no box to start from.
+pub fn spans(target: &Target, request: TrackRequest, frames: usize) -> Result<Vec<Span>, String> {
+    let (TrackRequest::Around { around: frame, until, .. }
+    | TrackRequest::From { from: frame, until, .. }) = request;
     for frame in std::iter::once(frame).chain(until) {
         if frame >= frames {
             return Err(format!(
@@ -108,9 +109,9 @@ pub fn spans(target: &Target, wish: Wish, frames: usize) -> Result<Vec<Span>, St
         }
     }
     let plan = Plan { target, frames };
-    let mut spans = match wish {
-        Wish::Around { .. } => plan.around(frame, until)?,
-        Wish::From { direction, .. } => plan.from(frame, direction, until)?,
+    let mut spans = match request {
+        TrackRequest::Around { .. } => plan.around(frame, until)?,
+        TrackRequest::From { direction, .. } => plan.from(frame, direction, until)?,
     };
     spans.retain(|span| match *span {
         Span::Between { first, last } => last.0 > first.0 + 1,
@@ -268,7 +269,7 @@ impl Plan<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::project::{Key, Tracked};
+    use crate::project::{Key, TrackedBox};
 
     const FRAMES: usize = 100;
 
@@ -282,7 +283,7 @@ mod tests {
             |&frame: &usize| (frame, Key { bbox: at(frame).1, occluded: false, truncated: false });
         let found = |&frame: &usize| {
             let (bbox, status) = (at(frame).1, patchlock::Status::Tracked);
-            (frame, Tracked { bbox, score: 1.0, status, visible: None, agreement: None })
+            (frame, TrackedBox { bbox, score: 1.0, status, visible: None, agreement: None })
         };
         Target {
             id: 1,
@@ -296,11 +297,12 @@ mod tests {
     }
 
     fn around(target: &Target, around: usize) -> Vec<Span> {
-        spans(target, Wish::Around { target: 1, around, until: None }, FRAMES).expect("is possible")
+        spans(target, TrackRequest::Around { target: 1, around, until: None }, FRAMES)
+            .expect("is possible")
     }
 
     fn from(target: &Target, from: usize, direction: Direction, until: Option<usize>) -> Vec<Span> {
-        spans(target, Wish::From { target: 1, from, direction, until }, FRAMES)
+        spans(target, TrackRequest::From { target: 1, from, direction, until }, FRAMES)
             .expect("is possible")
     }
 
@@ -341,8 +343,8 @@ mod tests {
         assert_eq!(around(&hidden, 50), [after(10, 19), before(50, 30), after(50, 69)]);
         assert_eq!(from(&hidden, 10, Direction::Forward, None), [after(10, 19)]);
         assert_eq!(from(&hidden, 50, Direction::Both, None), [before(50, 30), after(50, 69)]);
-        let wish = Wish::Around { target: 1, around: 25, until: None };
-        assert!(spans(&hidden, wish, FRAMES).unwrap_err().contains("not visible in frame 25"));
+        let request = TrackRequest::Around { target: 1, around: 25, until: None };
+        assert!(spans(&hidden, request, FRAMES).unwrap_err().contains("not visible in frame 25"));
         // A hidden stretch beside a key leaves nothing.
         assert_eq!(from(&target(&[10], &[[11, 20]], &[]), 10, Direction::Forward, None), []);
     }
@@ -370,26 +372,36 @@ mod tests {
     #[test]
     fn what_cannot_be_tracked_is_refused() {
         let one = target(&[10], &[], &[]);
-        for (wish, reason) in [
-            (Wish::Around { target: 1, around: 100, until: None }, "no frame 100"),
+        for (request, reason) in [
+            (TrackRequest::Around { target: 1, around: 100, until: None }, "no frame 100"),
             (
-                Wish::From { target: 1, from: 11, direction: Direction::Both, until: None },
+                TrackRequest::From { target: 1, from: 11, direction: Direction::Both, until: None },
                 "no box in frame 11",
             ),
             (
-                Wish::From { target: 1, from: 10, direction: Direction::Forward, until: Some(3) },
+                TrackRequest::From {
+                    target: 1,
+                    from: 10,
+                    direction: Direction::Forward,
+                    until: Some(3),
+                },
                 "not after",
             ),
             (
-                Wish::From { target: 1, from: 10, direction: Direction::Backward, until: Some(30) },
+                TrackRequest::From {
+                    target: 1,
+                    from: 10,
+                    direction: Direction::Backward,
+                    until: Some(30),
+                },
                 "not before",
             ),
         ] {
-            let refused = spans(&one, wish, FRAMES).unwrap_err();
+            let refused = spans(&one, request, FRAMES).unwrap_err();
             assert!(refused.contains(reason), "{refused}");
         }
-        let wish = Wish::Around { target: 1, around: 5, until: None };
-        assert!(spans(&target(&[], &[], &[]), wish, FRAMES).is_err());
+        let request = TrackRequest::Around { target: 1, around: 5, until: None };
+        assert!(spans(&target(&[], &[], &[]), request, FRAMES).is_err());
     }
 
     #[test]

@@ -5,11 +5,11 @@ use std::collections::BTreeSet;
 use std::io;
 
 use patchlock::{BoundingBox, Status};
-use patchlock_track::export::About;
+use patchlock_track::export::TargetMetadata;
 use patchlock_track::text::as_cell;
 use serde::Serialize;
 
-use super::{about, check_rows, refused, rows};
+use super::{check_rows, metadata, refused, rows};
 use crate::project::{Error, Project};
 
 /// A line of the table.
@@ -65,22 +65,23 @@ pub(crate) const ATTRIBUTE: &str = "attribute:";
 /// As [`track`](super::track).
 pub fn table(project: &Project) -> Result<String, Error> {
     check_rows(project)?;
-    let about: Vec<About> = project.targets.iter().map(|it| about(project, it)).collect();
-    let names = about.iter().flat_map(|it| it.attributes.keys().chain(it.changes.keys()));
+    let metadata: Vec<TargetMetadata> =
+        project.targets.iter().map(|it| metadata(project, it)).collect();
+    let names = metadata.iter().flat_map(|it| it.attributes.keys().chain(it.changes.keys()));
     let names: BTreeSet<&String> = names.collect();
     let mut out = csv::WriterBuilder::new().has_headers(false).from_writer(Vec::new());
     let of_attributes = names.iter().map(|name| format!("{ATTRIBUTE}{name}"));
     let header = COLUMNS.iter().map(|&name| name.to_owned()).chain(of_attributes);
     out.write_record(header).map_err(|error| refused(error.to_string()))?;
     let mut count = 0;
-    for (target, about) in project.targets.iter().zip(&about) {
+    for (target, metadata) in project.targets.iter().zip(&metadata) {
         for row in rows(target) {
-            let values = about.at(row.frame);
+            let values = metadata.at(row.frame);
             let values = names.iter().map(|name| values.get(name.as_str()).copied());
             let values: Vec<Cow<'_, str>> =
                 values.map(|value| as_cell(value.unwrap_or_default())).collect();
             count += usize::from(row.bbox.is_some());
-            let said = row.said.unwrap_or_default();
+            let manual = row.manual.unwrap_or_default();
             let side = |of: fn(BoundingBox) -> f64| row.bbox.map(of);
             let line = Line {
                 frame: row.frame,
@@ -92,10 +93,10 @@ pub fn table(project: &Project) -> Result<String, Error> {
                 h: side(|b| b.h),
                 score: row.score,
                 status: row.status,
-                key: row.said.is_some() && !said.hidden,
-                occluded: said.occluded,
-                truncated: said.truncated,
-                hidden: said.hidden,
+                key: row.manual.is_some() && !manual.hidden,
+                occluded: manual.occluded,
+                truncated: manual.truncated,
+                hidden: manual.hidden,
                 visible: row.visible,
                 agreement: row.agreement,
                 frame_w: project.video.width,

@@ -7,7 +7,7 @@ use serde::Deserialize;
 use serde_json::Value;
 
 use super::images::Numbers;
-use super::{Found, Outcome, Row};
+use super::{ImportBuilder, Outcome, Row};
 
 #[derive(Deserialize)]
 struct Document {
@@ -61,7 +61,7 @@ struct Attributes {
 }
 
 /// Reads all annotations.
-pub fn read(text: &str, found: &mut Found<'_>) -> Outcome {
+pub fn read(text: &str, found: &mut ImportBuilder<'_>) -> Outcome {
     let document: Document = serde_json::from_str(text).map_err(|error| error.to_string())?;
     if document.videos.len() > 1 {
         let count = document.videos.len();
@@ -98,7 +98,7 @@ pub fn read(text: &str, found: &mut Found<'_>) -> Outcome {
 
 /// The numbers of the images, if these alone say which frames they are: without a frame_id, in a
 /// video.
-fn numbers(images: &[Image], found: &Found<'_>) -> Outcome<Option<Numbers>> {
+fn numbers(images: &[Image], found: &ImportBuilder<'_>) -> Outcome<Option<Numbers>> {
     let unknown = || images.iter().filter(|image| image.frame_id.is_none());
     match found.images.have_names() || unknown().next().is_none() {
         true => Ok(None),
@@ -107,7 +107,7 @@ fn numbers(images: &[Image], found: &Found<'_>) -> Outcome<Option<Numbers>> {
 }
 
 /// The frame of an image: by its name in a folder, which says more than a number.
-fn frame_of(image: &Image, found: &Found<'_>, numbers: Option<&Numbers>) -> Outcome<usize> {
+fn frame_of(image: &Image, found: &ImportBuilder<'_>, numbers: Option<&Numbers>) -> Outcome<usize> {
     let name = &image.file_name;
     let named = || found.images.named(name);
     match (image.frame_id, numbers) {

@@ -4,11 +4,11 @@ use patchlock::BoundingBox;
 use patchlock_track::attributes::RESERVED;
 
 use super::xml::{Element, Xml};
-use super::{Found, Outcome, Row};
+use super::{ImportBuilder, Outcome, Row};
 use crate::project::{Attribute, Kind, check, limits};
 
 /// Reads all tracks.
-pub fn read(text: &str, found: &mut Found<'_>) -> Outcome {
+pub fn read(text: &str, found: &mut ImportBuilder<'_>) -> Outcome {
     let mut xml = Xml::new(text);
     let root = xml.root()?;
     if root.name != "annotations" {
@@ -32,7 +32,7 @@ pub fn read(text: &str, found: &mut Found<'_>) -> Outcome {
 
 /// The size of the frames, and the attributes of labels, if the open element, which is read to its
 /// end, has them.
-fn read_meta(xml: &mut Xml<'_>, found: &mut Found<'_>) -> Outcome<Option<(usize, usize)>> {
+fn read_meta(xml: &mut Xml<'_>, found: &mut ImportBuilder<'_>) -> Outcome<Option<(usize, usize)>> {
     let (depth, mut sides) = (xml.depth(), [None; 2]);
     while let Some(name) = xml.find(depth, &["original_size", "label"])? {
         if name == "label" {
@@ -51,7 +51,7 @@ fn read_meta(xml: &mut Xml<'_>, found: &mut Found<'_>) -> Outcome<Option<(usize,
 }
 
 /// Reads a label with the definitions of its attributes.
-fn read_label(xml: &mut Xml<'_>, found: &mut Found<'_>) -> Outcome {
+fn read_label(xml: &mut Xml<'_>, found: &mut ImportBuilder<'_>) -> Outcome {
     let (mut label, mut attributes) = (None, Vec::new());
     while let Some(child) = xml.child()? {
         match child.name.as_str() {
@@ -119,7 +119,7 @@ fn definition(xml: &mut Xml<'_>) -> Outcome<Attribute> {
     Ok(read.filter(|read| read.check().is_ok()).unwrap_or_else(text))
 }
 
-fn add_track(xml: &mut Xml<'_>, track: &Element, found: &mut Found<'_>) -> Outcome {
+fn add_track(xml: &mut Xml<'_>, track: &Element, found: &mut ImportBuilder<'_>) -> Outcome {
     let required = |xml: &Xml<'_>, element: &Element, name: &str| {
         let value = attribute(element, name).map(str::to_owned);
         value.map_err(|reason| format!("line {}: {reason}", xml.line_of(element)))
@@ -134,14 +134,14 @@ fn add_track(xml: &mut Xml<'_>, track: &Element, found: &mut Found<'_>) -> Outco
                 let frame = frame.parse().map_err(|_| {
                     format!("line {}: the frame is {frame:?}", xml.line_of(&element))
                 })?;
-                let shape = Outlined::read(xml, &element, frame, label)?;
+                let shape = CvatShape::read(xml, &element, frame, label)?;
                 if shape.outside && frame >= found.video.frames {
                     // CVAT ends a track so after the last frame of a job.
                     found.leave_out("box outside after the last frame");
                     continue;
                 }
                 let row = Row { track: Some(id.to_owned()), ..shape.row };
-                boxes.push((Outlined { row, ..shape }, element));
+                boxes.push((CvatShape { row, ..shape }, element));
             }
             "attribute" => {
                 let name = required(xml, &element, "name")?;
@@ -168,14 +168,14 @@ fn add_track(xml: &mut Xml<'_>, track: &Element, found: &mut Found<'_>) -> Outco
 }
 
 /// Adds the boxes of an image, each of which is a target of its own.
-fn add_image(xml: &mut Xml<'_>, image: &Element, found: &mut Found<'_>) -> Outcome {
+fn add_image(xml: &mut Xml<'_>, image: &Element, found: &mut ImportBuilder<'_>) -> Outcome {
     let mut boxes = Vec::new();
     while let Some(element) = xml.child()? {
         if element.name == "box" {
             let label = attribute(&element, "label");
             let label =
                 label.map_err(|reason| format!("line {}: {reason}", xml.line_of(&element)))?;
-            boxes.push(Outlined::read(xml, &element, 0, label)?);
+            boxes.push(CvatShape::read(xml, &element, 0, label)?);
         } else {
             found.leave_out(&element.name);
             xml.text()?;
@@ -201,12 +201,12 @@ fn add_image(xml: &mut Xml<'_>, image: &Element, found: &mut Found<'_>) -> Outco
 }
 
 /// A box of a track or of an image.
-struct Outlined {
+struct CvatShape {
     row: Row,
     outside: bool,
 }
 
-impl Outlined {
+impl CvatShape {
     /// Reads the open element to its end.
     fn read(xml: &mut Xml<'_>, element: &Element, frame: usize, label: &str) -> Outcome<Self> {
         let read = Self::of(element, frame, label);

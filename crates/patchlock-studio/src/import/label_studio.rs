@@ -9,7 +9,7 @@ use serde::Deserialize;
 use serde_json::Value;
 
 use super::images::Numbers;
-use super::{Found, Outcome, Row};
+use super::{ImportBuilder, Outcome, Row};
 
 #[derive(Deserialize)]
 struct Task {
@@ -85,7 +85,7 @@ impl Task {
 }
 
 /// Reads all tasks.
-pub fn read(text: &str, found: &mut Found<'_>) -> Outcome {
+pub fn read(text: &str, found: &mut ImportBuilder<'_>) -> Outcome {
     let tasks: Vec<Task> = serde_json::from_str(text).map_err(|error| error.to_string())?;
     let is_video = |task: &Task| task.regions().any(|region| region.kind == "videorectangle");
     let videos = tasks.iter().filter(|task| is_video(task)).count();
@@ -118,12 +118,12 @@ pub fn read(text: &str, found: &mut Found<'_>) -> Outcome {
 }
 
 /// A box of percents in pixels.
-fn in_pixels([x, y, w, h]: [f64; 4], found: &Found<'_>) -> BoundingBox {
+fn in_pixels([x, y, w, h]: [f64; 4], found: &ImportBuilder<'_>) -> BoundingBox {
     let (width, height) = (found.video.width as f64 / 100.0, found.video.height as f64 / 100.0);
     BoundingBox { x: x * width, y: y * height, w: w * width, h: h * height }
 }
 
-fn add_rectangle(region: &Region, frame: usize, found: &mut Found<'_>) -> Outcome {
+fn add_rectangle(region: &Region, frame: usize, found: &mut ImportBuilder<'_>) -> Outcome {
     let value = &region.value;
     let (Some(x), Some(y), Some(w), Some(h)) = (value.x, value.y, value.width, value.height) else {
         return Err("it has no x, y, width and height".to_owned());
@@ -137,7 +137,7 @@ fn add_rectangle(region: &Region, frame: usize, found: &mut Found<'_>) -> Outcom
     found.add(&Row { frame, label, bbox, ..Row::default() })
 }
 
-fn add_sequence(region: &Region, found: &mut Found<'_>) -> Outcome {
+fn add_sequence(region: &Region, found: &mut ImportBuilder<'_>) -> Outcome {
     let id = region.id.as_deref().ok_or("it has no id")?;
     let label = region.value.labels.first().cloned();
     let mut keys: Vec<&Key> = region.value.sequence.iter().collect();

@@ -21,7 +21,9 @@ use patchlock::{BoundingBox, Status};
 use self::images::Images;
 pub use self::images::names_of;
 use self::spans::Spans;
-use crate::project::{Attribute, Edit, Error, Key, Label, Project, Target, Tracked, Video, check};
+use crate::project::{
+    Attribute, Edit, Error, Key, Label, Project, Target, TrackedBox, Video, check,
+};
 
 /// A format that can be read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -115,7 +117,7 @@ impl Format {
 
 /// What a file has.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Imported {
+pub struct ImportResult {
     /// Its targets; the ids are those of this list, from 1.
     pub targets: Vec<Target>,
     /// The attributes that it declares for labels of its targets.
@@ -125,7 +127,7 @@ pub struct Imported {
     pub notes: Vec<String>,
 }
 
-impl Imported {
+impl ImportResult {
     /// The edits that add it to a project with these labels, to be applied as one step. An attribute
     /// that a label declares already stays as it is.
     pub fn edits(self, labels: &[Label]) -> Vec<Edit> {
@@ -163,7 +165,7 @@ pub fn read(
     text: &[u8],
     project: &Project,
     images: &[String],
-) -> Result<Imported, Error> {
+) -> Result<ImportResult, Error> {
     let file = File { name: String::new(), content: text.to_vec() };
     read_files(format, &[file], project, images)
 }
@@ -177,14 +179,14 @@ pub fn read_files(
     files: &[File],
     project: &Project,
     images: &[String],
-) -> Result<Imported, Error> {
+) -> Result<ImportResult, Error> {
     let label = project.labels.first().map_or("target", |label| &label.name);
-    let mut found = Found::new(&project.video, label, images);
+    let mut found = ImportBuilder::new(&project.video, label, images);
     read_into(format, files, &mut found).map_err(Error::Import)?;
     found.finish().map_err(Error::Import)
 }
 
-fn read_into(format: Format, files: &[File], found: &mut Found<'_>) -> Outcome {
+fn read_into(format: Format, files: &[File], found: &mut ImportBuilder<'_>) -> Outcome {
     let read = match format {
         Format::Csv => table::read,
         Format::Mot => mot::read,
@@ -233,7 +235,7 @@ struct Row {
 }
 
 /// The targets that were found so far.
-struct Found<'a> {
+struct ImportBuilder<'a> {
     video: &'a Video,
     label: &'a str,
     targets: Vec<Target>,
@@ -251,7 +253,7 @@ struct Found<'a> {
     left_out: BTreeMap<String, usize>,
 }
 
-impl<'a> Found<'a> {
+impl<'a> ImportBuilder<'a> {
     fn new(video: &'a Video, label: &'a str, images: &[String]) -> Self {
         Self {
             video,
@@ -366,7 +368,7 @@ impl<'a> Found<'a> {
     }
 
     /// All targets that have a box, and what is declared of their labels.
-    fn finish(self) -> Outcome<Imported> {
+    fn finish(self) -> Outcome<ImportResult> {
         let Self { mut targets, mut declared, mut notes, left_out, .. } = self;
         if !left_out.is_empty() {
             let list = left_out.iter().map(|(what, count)| format!("{what} ({count})"));
@@ -382,7 +384,7 @@ impl<'a> Found<'a> {
             }
             false => {
                 declared.retain(|label, _| targets.iter().any(|target| target.label == *label));
-                Ok(Imported { targets, declared, notes })
+                Ok(ImportResult { targets, declared, notes })
             }
         }
     }
@@ -405,12 +407,12 @@ fn set_value(target: &mut Target, frame: usize, name: &str, value: &str) {
 
 impl Row {
     /// The row as a tracker's, unless a person has drawn the box.
-    fn as_tracked(&self, bbox: BoundingBox) -> Option<Tracked> {
+    fn as_tracked(&self, bbox: BoundingBox) -> Option<TrackedBox> {
         let drawn = self
             .key
             .unwrap_or(self.status.is_none() && self.score.is_none_or(|score| score == 1.0));
         let status = self.status.unwrap_or(Status::Tracked);
         let (score, visible, agreement) = (self.score.unwrap_or(1.0), self.visible, self.agreement);
-        (!drawn).then_some(Tracked { bbox, score, status, visible, agreement })
+        (!drawn).then_some(TrackedBox { bbox, score, status, visible, agreement })
     }
 }

@@ -2,13 +2,13 @@
 
 use patchlock::{BoundingBox, Status};
 
-use super::{Found, Outcome, Row};
+use super::{ImportBuilder, Outcome, Row};
 
 /// The columns of ground truth, which has a class and the visible share; results have ten.
 const TRUTH: usize = 9;
 
 /// Reads all lines.
-pub fn read(text: &str, found: &mut Found<'_>) -> Outcome {
+pub fn read(text: &str, found: &mut ImportBuilder<'_>) -> Outcome {
     for (k, line) in text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty()) {
         row(line)
             .and_then(|row| found.add(&row))

@@ -6,7 +6,7 @@ use patchlock::{BoundingBox, Status};
 use patchlock_track::text::of_cell;
 use serde::Deserialize;
 
-use super::{Found, Outcome, Row};
+use super::{ImportBuilder, Outcome, Row};
 use crate::export::ATTRIBUTE;
 
 /// The columns that are read. Cells may be empty.
@@ -32,7 +32,7 @@ struct Line {
 }
 
 /// Reads CSV, or JSON lines if the text begins with a brace.
-pub fn read(text: &str, found: &mut Found<'_>) -> Outcome {
+pub fn read(text: &str, found: &mut ImportBuilder<'_>) -> Outcome {
     let mut begun = HashSet::new();
     let mut add = |number: usize, line: Line, values: Vec<(String, String)>| {
         let size = line.frame_w.zip(line.frame_h);

@@ -5,7 +5,7 @@ use patchlock::BoundingBox;
 
 use super::images::Numbers;
 use super::xml::Xml;
-use super::{File, Found, Outcome, Row, text_of};
+use super::{File, ImportBuilder, Outcome, Row, text_of};
 
 /// What a file says.
 #[derive(Default)]
@@ -16,7 +16,7 @@ struct Annotation {
 }
 
 /// Reads all files.
-pub fn read(files: &[File], found: &mut Found<'_>) -> Outcome {
+pub fn read(files: &[File], found: &mut ImportBuilder<'_>) -> Outcome {
     let mut all = Vec::new();
     // A file that is read by itself has no name.
     let is_xml = |file: &&File| file.name.is_empty() || file.name.to_lowercase().ends_with(".xml");

@@ -37,7 +37,7 @@ pub struct Xml<'a> {
 }
 
 /// What comes next.
-enum Piece<'a> {
+enum XmlToken<'a> {
     Begin(BytesStart<'a>, usize),
     End,
     Text(String),
@@ -66,9 +66,9 @@ impl<'a> Xml<'a> {
     pub fn child(&mut self) -> Outcome<Option<Element>> {
         loop {
             match self.next()? {
-                Piece::Begin(start, at) => return self.element(&start, at).map(Some),
-                Piece::End | Piece::Nothing => return Ok(None),
-                Piece::Text(_) => {}
+                XmlToken::Begin(start, at) => return self.element(&start, at).map(Some),
+                XmlToken::End | XmlToken::Nothing => return Ok(None),
+                XmlToken::Text(_) => {}
             }
         }
     }
@@ -78,7 +78,7 @@ impl<'a> Xml<'a> {
         let (outer, mut text) = (self.depth, String::new());
         while self.depth >= outer {
             match self.next()? {
-                Piece::Text(more) if self.depth == outer => text += &more,
+                XmlToken::Text(more) if self.depth == outer => text += &more,
                 _ => {}
             }
         }
@@ -89,7 +89,7 @@ impl<'a> Xml<'a> {
     /// next element in it with one of these names, which is returned.
     pub fn find(&mut self, depth: usize, names: &[&'static str]) -> Outcome<Option<&'static str>> {
         while self.depth >= depth {
-            if let Piece::Begin(start, _) = self.next()?
+            if let XmlToken::Begin(start, _) = self.next()?
                 && let Some(name) = names.iter().find(|name| **name == start.local_name().as_ref())
             {
                 return Ok(Some(name));
@@ -127,7 +127,7 @@ impl<'a> Xml<'a> {
         format!("the file is not XML: line {line}: {reason}")
     }
 
-    fn next(&mut self) -> Outcome<Piece<'a>> {
+    fn next(&mut self) -> Outcome<XmlToken<'a>> {
         loop {
             let at = self.reader.buffer_position() as usize;
             let event = self.reader.read_event().map_err(|error| self.wrong(error))?;
@@ -137,14 +137,14 @@ impl<'a> Xml<'a> {
                 }
                 Event::Start(start) => {
                     (self.depth, self.begun) = (self.depth + 1, true);
-                    return Ok(Piece::Begin(start, at));
+                    return Ok(XmlToken::Begin(start, at));
                 }
                 Event::End(_) => {
                     self.depth -= 1;
-                    return Ok(Piece::End);
+                    return Ok(XmlToken::End);
                 }
                 Event::Eof if self.depth > 0 => return Err(self.wrong("an element has no end")),
-                Event::Eof => return Ok(Piece::Nothing),
+                Event::Eof => return Ok(XmlToken::Nothing),
                 Event::Text(text) => text.xml10_content().into_owned(),
                 Event::CData(text) => text.xml10_content().into_owned(),
                 Event::GeneralRef(name) => match name.resolve_char_ref() {
@@ -162,7 +162,7 @@ impl<'a> Xml<'a> {
             if self.depth == 0 && !text.trim().is_empty() {
                 return Err(self.wrong("there is text outside of the elements"));
             }
-            return Ok(Piece::Text(text));
+            return Ok(XmlToken::Text(text));
         }
     }
 

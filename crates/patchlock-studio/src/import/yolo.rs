@@ -4,10 +4,10 @@
 use patchlock::BoundingBox;
 
 use super::images::Numbers;
-use super::{File, Found, Outcome, Row, text_of};
+use super::{File, ImportBuilder, Outcome, Row, text_of};
 
 /// Reads all files.
-pub fn read(files: &[File], found: &mut Found<'_>) -> Outcome {
+pub fn read(files: &[File], found: &mut ImportBuilder<'_>) -> Outcome {
     let mut classes = Vec::new();
     let mut labels = Vec::new();
     for file in files {
@@ -59,7 +59,12 @@ fn is_list(text: &str) -> bool {
 }
 
 /// The box of a line; `None` if it is a polygon.
-fn row(line: &str, frame: usize, classes: &[String], found: &Found<'_>) -> Outcome<Option<Row>> {
+fn row(
+    line: &str,
+    frame: usize,
+    classes: &[String],
+    found: &ImportBuilder<'_>,
+) -> Outcome<Option<Row>> {
     let cells: Vec<&str> = line.split_whitespace().collect();
     let number = |k: usize| {
         let cell = cells[k];

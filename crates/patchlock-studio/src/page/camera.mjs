@@ -8,7 +8,7 @@ import { asBox, tidy } from './tracks.mjs';
 
 /** @typedef {{x: number, y: number}} Point */
 /**
- * @typedef {object} Followed a target in a picture
+ * @typedef {object} FollowedTarget a target in a picture
  * @property {number} id
  * @property {import('./types').Box | number[] | null} [box]
  * @property {number[][] | null} [corners]
@@ -18,7 +18,7 @@ import { asBox, tidy } from './tracks.mjs';
  */
 /**
  * @typedef {object} Answer
- * @property {Followed[]} [targets]
+ * @property {FollowedTarget[]} [targets]
  * @property {number} [ms]
  * @property {number} [frame] number of the picture
  * @property {string} [error]
@@ -331,7 +331,7 @@ export class Camera {
         for (const target of this.following ? (answer?.targets ?? []) : []) this.#renderBox(target);
     }
 
-    /** @param {Followed} target */
+    /** @param {FollowedTarget} target */
     #renderBox({ id, box: given, status, score = 0, corners }) {
         const box = asBox(given ?? null);
         if (!box || !status) return;
@@ -375,7 +375,7 @@ export class Camera {
         this.said = status;
     }
 
-    /** @param {Followed[]} targets */
+    /** @param {FollowedTarget[]} targets */
     #renderTargets(targets) {
         const list = byId('camera-targets');
         const ids = targets.map(({ id }) => String(id)).join(' ');

@@ -32,9 +32,9 @@ export class Clip extends EventTarget {
         this.loaded = false;
         /** @type {Track[]} */
         this.tracks = [];
-        /** @type {import('./types').Doubt[]} */
+        /** @type {import('./types').ReviewSuggestion[]} */
         this.doubts = [];
-        /** What is left to check: @type {import('./types').Left} */
+        /** What is left to check: @type {import('./types').ReviewStats} */
         this.left = { boxes: 0, expected: 0, probable: 0, unknown: 0 };
         /** Colours of targets, by their ids: @type {Record<string, string>} */
         this.colours = {};

@@ -1,7 +1,9 @@
 // All that can be done with a key. Buttons, tooltips and the page of keys are made from this table.
 
+import * as clipboard from './clipboard.mjs';
 import * as drafts from './drafts.mjs';
 import * as edits from './edits.mjs';
+import * as proposals from './proposals.mjs';
 import * as review from './review.mjs';
 import * as playing from './playing.mjs';
 import * as stretches from './stretches.mjs';
@@ -18,7 +20,7 @@ import { tell } from './notices.mjs';
  * @property {boolean} [repeats] whether it runs again while the key is held
  */
 
-/** @typedef {'openLabels' | 'openExport' | 'openImport' | 'toggleClips' | 'toggleCamera'} PageName */
+/** @typedef {'openLabels' | 'openExport' | 'openImport' | 'toggleClips' | 'togglePicture' | 'toggleCamera'} PageName */
 /** @typedef {Record<PageName, () => void>} Pages other parts of the page that commands open */
 
 /**
@@ -71,6 +73,24 @@ function moving(editor) {
     ];
 }
 
+/**
+ * Says yes to what is in question: a box that is drawn, a proposal, the box of the selected target.
+ * @param {import('./editor.mjs').Editor} editor
+ */
+function confirm(editor) {
+    if (editor.draft) return drafts.acceptDraft(editor);
+    return editor.proposal ? proposals.accept(editor, [editor.proposal]) : edits.confirm(editor);
+}
+
+/**
+ * Deletes what is in question: a proposal, the boxes of a marked stretch, the selected target.
+ * @param {import('./editor.mjs').Editor} editor
+ */
+function remove(editor) {
+    if (editor.proposal) return proposals.reject(editor, [editor.proposal]);
+    return editor.stretch ? stretches.deleteBoxes(editor) : edits.deleteTarget(editor);
+}
+
 /** @param {import('./editor.mjs').Editor} editor @returns {Command[]} */
 function boxes(editor) {
     const group = 'Boxes';
@@ -80,7 +100,21 @@ function boxes(editor) {
             group,
             name: 'The box is right: make it a key frame',
             keys: ['Enter'],
-            run: () => void (editor.draft ? drafts.acceptDraft(editor) : edits.confirm(editor)),
+            run: () => void confirm(editor),
+        },
+        {
+            id: 'next-proposal',
+            group,
+            name: 'Next proposal: Enter accepts it, Del rejects it',
+            keys: ['Y'],
+            run: () => proposals.goToNext(editor),
+        },
+        {
+            id: 'accept-proposals',
+            group,
+            name: 'Accept all proposals of this frame',
+            keys: ['Shift+Y'],
+            run: () => void proposals.acceptAll(editor),
         },
         {
             id: 'toggle-key',
@@ -102,6 +136,20 @@ function boxes(editor) {
             name: 'Move the box with arrows, resize with Shift',
             keys: ['E'],
             run: () => drafts.beginEdit(editor),
+        },
+        {
+            id: 'copy',
+            group,
+            name: 'Copy the box',
+            keys: ['Ctrl+C'],
+            run: () => clipboard.copyBox(editor),
+        },
+        {
+            id: 'paste',
+            group,
+            name: 'Paste the box: a key frame; in another clip a new target',
+            keys: ['Ctrl+V'],
+            run: () => void clipboard.pasteBox(editor),
         },
         {
             id: 'occluded',
@@ -189,9 +237,9 @@ function targets(editor, { openLabels }) {
         {
             id: 'delete',
             group,
-            name: 'Delete the target, or the boxes of a marked stretch',
+            name: 'Delete the target, the boxes of a marked stretch, or a proposal',
             keys: ['Delete', 'Backspace'],
-            run: () => void (editor.stretch ? stretches.deleteBoxes(editor) : edits.deleteTarget(editor)),
+            run: () => void remove(editor),
         },
     ];
 }
@@ -242,10 +290,10 @@ function tracking(editor) {
 /**
  * @param {import('./editor.mjs').Editor} editor
  * @param {import('./stage.mjs').Stage} stage
- * @param {{toggleClips: () => void}} pages
+ * @param {Record<'toggleClips' | 'togglePicture', () => void>} pages
  * @returns {Command[]}
  */
-function viewing(editor, stage, { toggleClips }) {
+function viewing(editor, stage, { toggleClips, togglePicture }) {
     const group = 'View';
     return [
         {
@@ -266,6 +314,13 @@ function viewing(editor, stage, { toggleClips }) {
             run: () => stage.zoomBy(1.25),
         },
         { id: 'zoom-out', group, name: 'Zoom out', keys: ['-'], repeats: true, run: () => stage.zoomBy(0.8) },
+        {
+            id: 'picture',
+            group,
+            name: 'Brightness and contrast of the picture',
+            keys: ['P'],
+            run: togglePicture,
+        },
         {
             id: 'look',
             group,
@@ -445,6 +500,8 @@ export class Commands {
         if (target instanceof Element && target.matches('input:not([type=checkbox]), select, textarea'))
             return;
         const keys = keysOf(event);
+        // Words that are marked beside the picture are copied as everywhere.
+        if (keys === 'Ctrl+C' && target !== byId('stage') && getSelection()?.toString()) return;
         const pressesButton = keys === 'Space' || keys === 'Enter';
         if (
             pressesButton &&

@@ -1,7 +1,7 @@
 // How boxes and what belongs to them look on the canvas.
 
 /** @typedef {import('./types').Box} Box */
-/** @typedef {import('./types').Seen} Seen */
+/** @typedef {import('./types').TargetBox} TargetBox */
 
 export const HANDLE = 9;
 const FONT = '600 11px Inter, system-ui, "Segoe UI", Roboto, "Noto Sans", sans-serif';
@@ -52,11 +52,11 @@ export function inkOn(colour) {
 }
 
 /**
- * @typedef {object} Look
+ * @typedef {object} BoxStyle
  * @property {string} colour
  * @property {string} text
  * @property {boolean} selected
- * @property {Seen['kind']} kind
+ * @property {TargetBox['kind'] | 'proposal'} kind
  * @property {boolean} [handles]
  */
 
@@ -64,13 +64,13 @@ export function inkOn(colour) {
  * Draws a box with its name.
  * @param {CanvasRenderingContext2D} context
  * @param {Box} box on the canvas
- * @param {Look} look
+ * @param {BoxStyle} style
  */
 export function drawBox(context, box, { colour, text, selected, kind, handles }) {
     const shown = kind === 'lost' ? '#9aa0a6' : colour;
-    const dashes = kind === 'uncertain' ? [7, 4] : kind === 'lost' ? [2, 4] : [];
+    const dashes = { uncertain: [7, 4], lost: [2, 4], proposal: [4, 4] };
     context.save();
-    context.setLineDash(dashes);
+    if (kind in dashes) context.setLineDash(dashes[/** @type {keyof typeof dashes} */ (kind)]);
     // A dark line below makes the box visible on any picture.
     context.lineWidth = selected ? 4 : 3;
     context.strokeStyle = 'rgba(0, 0, 0, 0.45)';

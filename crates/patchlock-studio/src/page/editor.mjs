@@ -7,6 +7,7 @@ import { Frames } from './frames.mjs';
 import { counted } from './dom.mjs';
 import { whatIsLeftOf } from './left.mjs';
 import { complain, describe, settle, tell } from './notices.mjs';
+import { Proposals } from './proposals.mjs';
 import { asBox, ordered } from './tracks.mjs';
 
 /** @typedef {import('./types').Box} Box */
@@ -59,12 +60,12 @@ export class Editor extends EventTarget {
         this.newIsAnother = null;
         /** Targets that are not drawn: @type {Set<number>} */
         this.unseen = new Set();
-        /** What the tracker sees in this frame: @type {import('./types').Look | null} */
+        /** What the tracker sees in this frame: @type {import('./types').VisibilityView | null} */
         this.look = null;
         this.looking = false;
         /** Frame follows the tracking that runs. */
         this.following = false;
-        /** The doubtful place that was visited last: @type {import('./types').Doubt | null} */
+        /** The doubtful place that was visited last: @type {import('./types').ReviewSuggestion | null} */
         this.doubt = null;
         /** Whether it was said that the doubtful place is the last one. */
         this.toldEnd = false;
@@ -74,6 +75,11 @@ export class Editor extends EventTarget {
         this.joinFirst = null;
         /** A box on its way to the server: @type {{target: number | null, frame: number, box: Box} | null} */
         this.pendingBox = null;
+        this.proposals = new Proposals();
+        /** The one in question: @type {import('./proposals.mjs').Proposal | null} */
+        this.proposal = null;
+        /** The box that was copied: @type {import('./clipboard.mjs').ClipboardBox | null} */
+        this.copied = null;
         /** When and where playing began: @type {{time: number, frame: number} | null} */
         this.began = null;
         /** @type {ReturnType<typeof setTimeout> | undefined} */
@@ -133,6 +139,7 @@ export class Editor extends EventTarget {
             playing: false,
             draft: null,
             drawing: false,
+            proposal: null,
             hiddenFrom: null,
             stretch: null,
             markFrom: null,
@@ -230,7 +237,7 @@ export class Editor extends EventTarget {
         const done = !clip.project.done;
         if (!(await clip.edit([{ edit: 'set_done', done }]))) return;
         await clip.read();
-        const left = done ? whatIsLeftOf(clip) : '';
+        const left = done ? whatIsLeftOf(clip, this.proposals.of(clip).length) : '';
         tell(`${clip.info.name} is ${done ? 'done' : 'not done'}.${left ? ` ${left}` : ''}`);
     }
 
@@ -312,7 +319,7 @@ export class Editor extends EventTarget {
         if (doubt) this.showDoubt(doubt);
     }
 
-    /** @param {import('./types').Doubt} doubt */
+    /** @param {import('./types').ReviewSuggestion} doubt */
     showDoubt(doubt) {
         if (this.selected !== doubt.target) this.select(doubt.target);
         this.stretch = null;
@@ -368,14 +375,16 @@ export class Editor extends EventTarget {
         this.changed();
     }
 
+    /** Nothing is drawn, and no proposal is in question. */
     cancelDraft() {
         this.draft = null;
         this.drawing = false;
+        this.proposal = null;
     }
 
     /** Ends what is going on, one thing at a time. */
     escape() {
-        if (this.draft || this.drawing) this.cancelDraft();
+        if (this.draft || this.drawing || this.proposal) this.cancelDraft();
         else if (this.stretch) this.stretch = null;
         else if (this.markFrom !== null) this.markFrom = null;
         else if (this.hiddenFrom !== null) this.hiddenFrom = null;
@@ -425,7 +434,7 @@ function readAuto() {
 
 /**
  * How many boxes are expected to be wrong. The scores are read as probabilities, which METHODOLOGY.md measures.
- * @param {import('./types').Left} left
+ * @param {import('./types').ReviewStats} left
  */
 export function inNumbers({ boxes, expected, probable, unknown }) {
     const about = expected < 9.95 ? expected.toFixed(1) : String(Math.round(expected));
@@ -437,7 +446,7 @@ export function inNumbers({ boxes, expected, probable, unknown }) {
 
 /**
  * What is known of a target in a frame, for the panel and for screen readers.
- * @param {import('./types').Seen} seen
+ * @param {import('./types').TargetBox} seen
  */
 export function inWords(seen) {
     const score = seen.score === null ? '' : ` ${seen.score.toFixed(2)}`;

@@ -72,17 +72,13 @@ export async function correct(editor, box) {
  * Adds a target with a first box, and tracks it as the person has chosen.
  * @param {Editor} editor
  * @param {Box} box
+ * @param {string} [label]
+ * @param {number} [frame]
  */
-export async function addTarget(editor, box) {
-    const { clip, frame } = editor;
+export async function addTarget(editor, box, label = editor.label ?? 'object', frame = editor.frame) {
+    const { clip } = editor;
     if (!clip) return;
-    const edits = [];
-    let { label } = editor;
-    if (!label) {
-        label = 'object';
-        edits.push({ edit: 'add_label', name: label });
-    }
-    edits.push({ edit: 'add_target', label, frame, box: tidy(box) });
+    const edits = [...newLabels(clip, [label]), { edit: 'add_target', label, frame, box: tidy(box) }];
     const before = new Set(clip.tracks.map(({ target }) => target.id));
     editor.pendingBox = { target: null, frame, box };
     await clip.editAndTrack(edits, async (since) => {
@@ -95,6 +91,17 @@ export async function addTarget(editor, box) {
         if (afterDrawing !== 'none' && afterDrawing !== 'interpolate')
             await startTracking(editor, afterDrawing, frame, since);
     });
+}
+
+/**
+ * The edits that add those labels that the clip does not have.
+ * @param {import('./clip.mjs').Clip} clip
+ * @param {string[]} labels
+ */
+export function newLabels(clip, labels) {
+    const known = new Set(clip.project.labels.map(({ name }) => name));
+    const unknown = [...new Set(labels)].filter((name) => !known.has(name));
+    return unknown.map((name) => ({ edit: 'add_label', name }));
 }
 
 /**

@@ -1,9 +1,10 @@
 // Files in and out: import, upload, export.
 
 import * as api from './requests.mjs';
-import { ask, byId, counted, element, openDialog, save } from './dom.mjs';
+import { byId, choose, counted, element, openDialog, save } from './dom.mjs';
 import { whatIsLeft } from './left.mjs';
 import { complain, tell } from './notices.mjs';
+import { goToNext } from './proposals.mjs';
 
 /** @typedef {import('./editor.mjs').Editor} Editor */
 
@@ -286,7 +287,7 @@ async function take(editor, files, likely) {
             const isLikely = format.name === likely;
             const made = row(format.title, isLikely ? 'This is what the file looks like.' : '', () => {
                 dialog.close();
-                void importBoxes(clip, name, files, format);
+                void importBoxes(editor, clip, name, files, format);
             });
             if (isLikely) made.querySelector('button')?.setAttribute('autofocus', '');
             return made;
@@ -334,12 +335,36 @@ function whatIsAdded(clip, name, { targets, keys, boxes, first, last, labels, at
 }
 
 /**
+ * Asks whether to import, and how.
+ * @param {string} text
+ * @param {number} proposals
+ */
+async function chooseImport(text, proposals) {
+    const hint = ' As proposals, the first box of each target waits, dashed, until you accept or reject it.';
+    const answers = ['Cancel', `As ${counted(proposals, 'proposal')}`, 'Import'];
+    const answer = await choose('Import', text + hint, answers);
+    return answer === 1 ? 'proposals' : answer === 2 ? 'import' : null;
+}
+
+/**
+ * Lets boxes wait for a decision.
+ * @param {Editor} editor
+ * @param {import('./clip.mjs').Clip} clip
+ * @param {import('./types').Proposal[]} found
+ */
+function propose(editor, clip, found) {
+    editor.proposals.add(clip, found);
+    if (clip.info.id === editor.clip?.info.id) goToNext(editor);
+}
+
+/**
+ * @param {Editor} editor
  * @param {import('./clip.mjs').Clip} clip
  * @param {string} name what the files are called in messages
  * @param {File[]} files
  * @param {import('./types').ImportFormat} format
  */
-async function importBoxes(clip, name, files, format) {
+async function importBoxes(editor, clip, name, files, format) {
     const path = `${clip.path}/import?format=${format.name}`;
     /** @type {Blob | undefined} */
     let body = files[0];
@@ -353,7 +378,10 @@ async function importBoxes(clip, name, files, format) {
         }
         const found = await api.json('POST', `${path}&preview=true`, { body });
         busy(null);
-        if (!(await ask('Import', whatIsAdded(clip, name, found), 'Import'))) return;
+        const { proposals } = found;
+        const answer = await chooseImport(whatIsAdded(clip, name, found), proposals.length);
+        if (answer === 'proposals') propose(editor, clip, proposals);
+        if (answer !== 'import') return;
     } catch (error) {
         complain(error, { doing: `${name} was not imported` });
         return;

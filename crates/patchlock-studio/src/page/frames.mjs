@@ -14,7 +14,7 @@ const KEPT_THUMBNAILS = 160;
 let waitedFor = 0;
 
 /**
- * @typedef {object} Shown
+ * @typedef {object} ShownFrame
  * @property {number} frame
  * @property {ImageBitmap} picture
  */
@@ -36,7 +36,7 @@ export class Frames {
         this.wanted = 0;
         this.width = 0;
         this.stride = 1;
-        /** @type {Shown | null} */
+        /** @type {ShownFrame | null} */
         this.shown = null;
         /** Pictures, the one used last at the end: @type {Map<string, ImageBitmap>} */
         this.kept = new Map();
@@ -197,7 +197,7 @@ export class Frames {
 
 /**
  * A small picture of a frame, or of what is around a box in it.
- * @typedef {object} Wish
+ * @typedef {object} PictureRequest
  * @property {string} path of the clip, below /api
  * @property {number} frame
  * @property {{width: number, height: number}} size of what is made, in pixels
@@ -213,45 +213,45 @@ class Thumbnails {
         this.ready = new Map();
         /** @type {Promise<unknown>} */
         this.last = Promise.resolve();
-        /** What to make for places that come into view: @type {WeakMap<Element, Wish>} */
-        this.wishes = new WeakMap();
+        /** What to make for places that come into view: @type {WeakMap<Element, PictureRequest>} */
+        this.requests = new WeakMap();
         this.observer = new IntersectionObserver((entries) => this.#seen(entries));
     }
 
     /**
      * Puts a picture into a place as soon as that is seen.
      * @param {Element} place
-     * @param {Wish} wish
+     * @param {PictureRequest} request
      */
-    show(place, wish) {
-        const ready = this.ready.get(JSON.stringify(wish));
+    show(place, request) {
+        const ready = this.ready.get(JSON.stringify(request));
         if (ready) return place.replaceChildren(copy(ready));
-        this.wishes.set(place, wish);
+        this.requests.set(place, request);
         this.observer.observe(place);
     }
 
     /** @param {IntersectionObserverEntry[]} entries */
     #seen(entries) {
         for (const { target, isIntersecting } of entries) {
-            const wish = this.wishes.get(target);
-            if (!isIntersecting || !wish) continue;
+            const request = this.requests.get(target);
+            if (!isIntersecting || !request) continue;
             this.observer.unobserve(target);
             // A place without a picture says enough; what is wrong is said where the frame is opened.
-            this.get(wish)
+            this.get(request)
                 .then((canvas) => target.replaceChildren(copy(canvas)))
                 .catch(() => {});
         }
     }
 
     /**
-     * @param {Wish} wish
+     * @param {PictureRequest} request
      * @returns {Promise<HTMLCanvasElement>}
      */
-    get(wish) {
-        const name = JSON.stringify(wish);
+    get(request) {
+        const name = JSON.stringify(request);
         let made = this.kept.get(name);
         if (!made) {
-            made = this.last.then(() => make(wish));
+            made = this.last.then(() => make(request));
             this.last = made.then(
                 (canvas) => this.ready.set(name, canvas),
                 () => this.kept.delete(name),
@@ -279,7 +279,7 @@ export function copy(canvas) {
     return made;
 }
 
-/** @param {Wish} wish */
+/** @param {PictureRequest} request */
 async function make({ path, frame, size, cut }) {
     // What a person waits for comes first.
     while (waitedFor > 0) await new Promise((resolve) => setTimeout(resolve, 30));

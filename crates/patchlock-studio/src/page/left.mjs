@@ -7,8 +7,9 @@ const MOST = 5;
 /**
  * Of a clip that is open; empty if nothing is left.
  * @param {import('./clip.mjs').Clip} clip
+ * @param {number} proposals how many wait
  */
-export function whatIsLeftOf(clip) {
+export function whatIsLeftOf(clip, proposals) {
     const places = clip.doubts.length ? `Left: ${counted(clip.doubts.length, 'doubtful place')}.` : '';
     const unknown = clip.tracks.filter((track) => track.unknown() > 0);
     const names = unknown.map(
@@ -16,16 +17,17 @@ export function whatIsLeftOf(clip) {
     );
     const not = unknown.length ? `Not tracked: ${someOf(names, 'target')}.` : '';
     const busy = clip.isBusy ? 'Tracking has not ended yet.' : '';
-    return [places, not, busy].filter(Boolean).join(' ');
+    const undecided = proposals ? `Not decided: ${counted(proposals, 'proposal')}.` : '';
+    return [places, not, undecided, busy].filter(Boolean).join(' ');
 }
 
 /**
  * Of all clips, a line for each with something left.
  * @param {import('./editor.mjs').Editor} editor
  */
-export function whatIsLeft({ clip, clips }) {
+export function whatIsLeft({ clip, clips, proposals }) {
     const name = clip?.info.name ?? '';
-    const here = clip ? whatIsLeftOf(clip) : '';
+    const here = clip ? whatIsLeftOf(clip, proposals.of(clip).length) : '';
     const others = clips
         .filter(({ id, unknown }) => id !== clip?.info.id && unknown > 0)
         .map(

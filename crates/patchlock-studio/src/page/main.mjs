@@ -12,6 +12,8 @@ import { Editor } from './editor.mjs';
 import { acceptDrops, openExport, openImport } from './files.mjs';
 import { complain } from './notices.mjs';
 import { Panel, openLabels } from './panel.mjs';
+import { Picture } from './picture.mjs';
+import { nameOf } from './proposals.mjs';
 import { Stage } from './stage.mjs';
 import { Timeline } from './timeline.mjs';
 
@@ -24,6 +26,7 @@ const stage = new Stage(editor);
 const timeline = new Timeline(editor);
 const panel = new Panel(editor);
 const clipList = new ClipList(editor);
+const picture = new Picture();
 const camera = new Camera((clip) => void openRecording(clip));
 
 const commands = new Commands(
@@ -33,6 +36,7 @@ const commands = new Commands(
         openExport: () => void editor.readClips().then(() => openExport(editor)),
         openImport: () => openImport(editor),
         toggleClips: () => clipList.toggle(),
+        togglePicture: () => picture.toggle(),
         toggleCamera,
     }),
     editor,
@@ -160,6 +164,10 @@ function hint() {
     if (editor.draft && editor.drawing) {
         return 'Drag a box; or arrows move, Shift+arrows resize, Enter accepts, Esc cancels.';
     }
+    if (editor.proposal) {
+        const left = editor.proposals.of(clip).length;
+        return `${nameOf(editor.proposal)} Enter accepts it, Del rejects it, Y leaves it. ${left} to decide.`;
+    }
     const others = (clip?.doubts.length ?? 1) - 1;
     const soFar = clip?.isBusy ? ' so far' : '';
     const more = others ? ` ${others} more to look at${soFar}.` : ` This is the last place${soFar}.`;
@@ -214,7 +222,7 @@ new ResizeObserver(() => {
 acceptDrops(editor);
 window.addEventListener('pagehide', () => places.write(editor, stage));
 window.addEventListener('beforeunload', (event) => {
-    if (editor.clip?.unsaved) event.preventDefault();
+    if (editor.clip?.unsaved || editor.proposals.of(editor.clip).length > 0) event.preventDefault();
 });
 window.addEventListener('unhandledrejection', (event) => complain(event.reason));
 window.addEventListener('error', (event) => complain(event.error ?? event.message));

@@ -7,6 +7,7 @@ import { byId, counted, element, iconButton, openDialog } from './dom.mjs';
 import { drawHidden } from './drawing.mjs';
 import { inNumbers, inWords } from './editor.mjs';
 import { copy, thumbnails } from './frames.mjs';
+import { reject } from './proposals.mjs';
 import { renderRemarks } from './review.mjs';
 import { asBox } from './tracks.mjs';
 
@@ -35,6 +36,9 @@ export class Panel {
         byId('hide-apply').addEventListener('click', () => this.#hide());
         byId('gap-continue').addEventListener('click', () => void edits.continueTracking(editor));
         byId('attributes').addEventListener('click', () => openAttributes(editor));
+        byId('reject-proposals').addEventListener('click', () =>
+            reject(editor, editor.proposals.of(editor.clip)),
+        );
     }
 
     /**
@@ -70,6 +74,7 @@ export class Panel {
             this.#renderLabels(),
         );
         this.#renderTarget();
+        this.#renderProposals();
         this.#update('remarks', [clip?.info.id, clip?.project.remarks, targets], () => renderRemarks(editor));
         const doubts = clip?.doubts.slice(0, DOUBTS_SHOWN) ?? [];
         this.#update(
@@ -214,6 +219,18 @@ export class Panel {
             `${gap.more ? ' and others' : ''}.`;
     }
 
+    #renderProposals() {
+        const { clip, frame, proposals, proposal } = this.editor;
+        const all = proposals.of(clip).length;
+        byId('proposals-part').hidden = all === 0;
+        byId('proposals-count').textContent = String(all);
+        const here = proposals.in(clip, frame).length;
+        byId('proposals-text').textContent = here
+            ? `In this frame: ${here}. A click on one accepts it.`
+            : 'None in this frame.';
+        byId('reject-proposal').toggleAttribute('disabled', !proposal);
+    }
+
     #hide() {
         const to = /** @type {HTMLInputElement} */ (byId('hide-to')).valueAsNumber;
         const from = this.editor.hiddenFrom;
@@ -221,7 +238,7 @@ export class Panel {
         void stretches.hide(this.editor, Math.min(from, to), Math.max(from, to));
     }
 
-    /** @param {import('./types').Doubt[]} doubts */
+    /** @param {import('./types').ReviewSuggestion[]} doubts */
     #renderDoubts(doubts) {
         const { editor } = this;
         const { clip } = editor;
@@ -234,7 +251,7 @@ export class Panel {
         byId('doubts').querySelector('[aria-current]')?.scrollIntoView({ block: 'nearest' });
     }
 
-    /** @param {import('./types').Doubt} doubt */
+    /** @param {import('./types').ReviewSuggestion} doubt */
     #doubt(doubt) {
         const { editor } = this;
         const track = editor.clip?.track(doubt.target);

@@ -3,7 +3,7 @@
 const STORED = 'patchlock-place';
 
 /**
- * @typedef {object} Place
+ * @typedef {object} WindowState
  * @property {number} clip its id
  * @property {string} name of the clip: after another start of the program, the id may be that of another one
  * @property {number} frame
@@ -17,12 +17,12 @@ const STORED = 'patchlock-place';
  */
 export function write({ clip, frame, selected }, stage) {
     if (!clip) return;
-    /** @type {Place} */
+    /** @type {WindowState} */
     const place = { clip: clip.info.id, name: clip.info.name, frame, selected, view: stage.place };
     sessionStorage.setItem(STORED, JSON.stringify(place));
 }
 
-/** @returns {Place | null} */
+/** @returns {WindowState | null} */
 export function read() {
     return JSON.parse(sessionStorage.getItem(STORED) ?? 'null');
 }

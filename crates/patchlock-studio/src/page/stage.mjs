@@ -1,7 +1,8 @@
-// The canvas: the frame, the boxes on it, and what pointers do there.
+// The canvases: the frame, the boxes over it, and what pointers do there.
 
 import * as drafts from './drafts.mjs';
 import * as edits from './edits.mjs';
+import * as proposals from './proposals.mjs';
 import { byId } from './dom.mjs';
 import { HANDLES, drawBox, drawCross, drawHidden, handleAt, resized } from './drawing.mjs';
 import { tidy } from './tracks.mjs';
@@ -29,6 +30,9 @@ export class Stage {
         this.editor = editor;
         this.canvas = /** @type {HTMLCanvasElement} */ (byId('stage'));
         this.context = /** @type {CanvasRenderingContext2D} */ (this.canvas.getContext('2d'));
+        /** The frame has a canvas of its own, so that the boxes keep their colours however it is shown. */
+        this.picture = /** @type {HTMLCanvasElement} */ (byId('picture'));
+        this.pictureContext = /** @type {CanvasRenderingContext2D} */ (this.picture.getContext('2d'));
         this.zoom = new Zoom();
         /** @type {Gesture | null} */
         this.gesture = null;
@@ -68,8 +72,10 @@ export class Stage {
 
     #resize() {
         const { clientWidth: width, clientHeight: height } = this.canvas;
-        this.canvas.width = Math.round(width * devicePixelRatio);
-        this.canvas.height = Math.round(height * devicePixelRatio);
+        for (const canvas of [this.canvas, this.picture]) {
+            canvas.width = Math.round(width * devicePixelRatio);
+            canvas.height = Math.round(height * devicePixelRatio);
+        }
         this.zoom.resize({ width, height }, this.zoom.frame);
         this.#zoomed();
         // Without this the canvas would be empty until the next change.
@@ -306,10 +312,20 @@ export class Stage {
         this.gesture = null;
         if (!gesture) return;
         if (!moved) {
-            if (gesture.kind === 'draw' && !editor.drawing) editor.select(null);
+            if (gesture.kind === 'draw' && !editor.drawing) this.#click(gesture.from);
             return;
         }
         this.#accept(gesture);
+    }
+
+    /**
+     * A click where no box of a target is: it accepts a proposal, or selects nothing.
+     * @param {Point} at
+     */
+    #click(at) {
+        const proposal = proposals.proposalAt(this.editor, at);
+        if (proposal) void proposals.accept(this.editor, [proposal]);
+        else this.editor.select(null);
     }
 
     /** @param {Gesture} gesture */
@@ -345,8 +361,10 @@ export class Stage {
         if (editor.drawing) return 'crosshair';
         const handle = gesture?.kind === 'resize' ? gesture.handle : this.#handle(at, 9)?.handle;
         if (handle) return `${handle}-resize`;
-        const hit = this.#hit(this.zoom.toFrame(at.x, at.y));
+        const point = this.zoom.toFrame(at.x, at.y);
+        const hit = this.#hit(point);
         if (editor.joinFirst !== null && hit) return 'copy';
+        if (!hit && !gesture && proposals.proposalAt(editor, point)) return 'pointer';
         return hit ? (hit.target === editor.selected ? 'move' : 'pointer') : 'crosshair';
     }
 
@@ -354,20 +372,23 @@ export class Stage {
 
     render() {
         const { context, zoom, editor, canvas } = this;
-        context.setTransform(devicePixelRatio, 0, 0, devicePixelRatio, 0, 0);
-        context.clearRect(0, 0, canvas.clientWidth, canvas.clientHeight);
+        for (const each of [context, this.pictureContext]) {
+            each.setTransform(devicePixelRatio, 0, 0, devicePixelRatio, 0, 0);
+            each.clearRect(0, 0, canvas.clientWidth, canvas.clientHeight);
+        }
         this.#renderPicture();
         if (!editor.clip) return;
         for (const track of editor.clip.tracks) {
             if (track.target.id !== editor.selected) this.#renderTrack(track);
         }
         if (editor.track) this.#renderTrack(editor.track);
+        this.#renderProposals();
         this.#renderNew();
         if (editor.drawing && !this.gesture && this.hover) drawCross(context, this.hover, zoom.view);
     }
 
     #renderPicture() {
-        const { context, zoom, editor } = this;
+        const { pictureContext: context, zoom, editor } = this;
         const picture = editor.frames?.shown?.picture;
         // For tests: which frame is on the screen, and how much tracking has ended.
         this.canvas.dataset.frame = picture ? String(editor.shownFrame) : '';
@@ -416,6 +437,16 @@ export class Stage {
         const { draft, pendingBox } = this.editor;
         if (draft?.target === id) return draft.box;
         return pendingBox?.target === id && pendingBox.frame === frame ? pendingBox.box : null;
+    }
+
+    #renderProposals() {
+        const { editor, context, zoom } = this;
+        for (const proposal of editor.proposals.in(editor.clip, editor.shownFrame)) {
+            const colour = editor.clip?.colourOfLabel(proposal.label) ?? '#888888';
+            const text = proposals.nameOf(proposal);
+            const selected = proposal === editor.proposal;
+            drawBox(context, zoom.toView(proposal.box), { colour, text, selected, kind: 'proposal' });
+        }
     }
 
     #renderNew() {

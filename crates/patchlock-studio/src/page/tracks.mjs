@@ -1,7 +1,7 @@
 // A target by frame: what is known of it, quickly, for drawing.
 
 /** @typedef {import('./types').Box} Box */
-/** @typedef {import('./types').Seen} Seen */
+/** @typedef {import('./types').TargetBox} TargetBox */
 /** @typedef {import('./types').Target} Target */
 
 /** A target. What it takes of memory and time follows what is known of it, not the length of the clip. */
@@ -15,7 +15,7 @@ export class Track {
         this.frames = frames;
         /** Key frames in order. */
         this.keys = inOrder(target.keys);
-        /** Boxes of the tracking that is running, by frame: @type {Map<number, Seen>} */
+        /** Boxes of the tracking that is running, by frame: @type {Map<number, TargetBox>} */
         this.live = new Map();
         /** Frames with a box, in order. */
         this.known = [...this.keys, ...inOrder(target.tracked)].sort((a, b) => a - b);
@@ -58,7 +58,7 @@ export class Track {
     /**
      * What is known of the target in a frame.
      * @param {number} frame
-     * @returns {Seen}
+     * @returns {TargetBox}
      */
     at(frame) {
         const key = this.target.keys[frame];
@@ -89,7 +89,7 @@ export class Track {
      * @param {number} end
      */
     worst(first, end) {
-        /** @type {{kind: Seen['kind'], score: number}} */
+        /** @type {{kind: TargetBox['kind'], score: number}} */
         let worst = { kind: 'none', score: 2 };
         for (let at = this.#place(first); at < this.known.length; at += 1) {
             const frame = this.known[at] ?? end;
@@ -222,7 +222,7 @@ export class Track {
             const [a, b] = [this.at(from).box, to === undefined ? null : this.at(to).box];
             if (to === undefined || !a || !b || to - from < 2 || to < first || from > last) continue;
             if (this.target.hidden.some((stretch) => stretch[0] <= to && from <= stretch[1])) continue;
-            /** @type {Record<string, import('./types').Tracked>} */
+            /** @type {Record<string, import('./types').TrackedBox>} */
             const tracked = {};
             for (let frame = from + 1; frame < to; frame += 1) {
                 const share = (frame - from) / (to - from);
@@ -300,7 +300,7 @@ const DOUBTFUL = 0.5;
 /** The score of a box that no tracker has seen. */
 const UNKNOWN = 0.5;
 
-/** @type {Seen} */
+/** @type {TargetBox} */
 const NOTHING = {
     kind: 'none',
     box: null,
@@ -336,6 +336,18 @@ export function tidy({ x, y, w, h }) {
         w: round(Math.max(1, Math.abs(w))),
         h: round(Math.max(1, Math.abs(h))),
     };
+}
+
+/**
+ * Intersection over union of two boxes.
+ * @param {Box} a
+ * @param {Box} b
+ */
+export function overlap(a, b) {
+    const w = Math.min(a.x + a.w, b.x + b.w) - Math.max(a.x, b.x);
+    const h = Math.min(a.y + a.h, b.y + b.h) - Math.max(a.y, b.y);
+    const both = Math.max(0, w) * Math.max(0, h);
+    return both / (a.w * a.h + b.w * b.h - both);
 }
 
 /**

@@ -12,7 +12,7 @@ export interface Key {
     occluded?: boolean;
     truncated?: boolean;
 }
-export interface Tracked {
+export interface TrackedBox {
     box: Box;
     score: number;
     status: Status;
@@ -41,7 +41,7 @@ export interface Target {
     attributes: Record<string, string>;
     changes?: Record<string, Record<string, string>>;
     keys: Record<string, Key>;
-    tracked: Record<string, Tracked>;
+    tracked: Record<string, TrackedBox>;
     hidden: [number, number][];
 }
 export interface Project {
@@ -88,7 +88,7 @@ export interface ClipState {
     changed: string | null;
     notes: string[];
 }
-export interface Doubt {
+export interface ReviewSuggestion {
     target: number;
     frame: number;
     /** First and last frame of the stretch that the reason is about. */
@@ -98,7 +98,7 @@ export interface Doubt {
     /** Whether nothing is known of the stretch. */
     untracked: boolean;
 }
-export interface Left {
+export interface ReviewStats {
     boxes: number;
     expected: number;
     probable: number;
@@ -126,8 +126,16 @@ export interface Preview {
     attributes: Record<string, string[]>;
     there: number;
     notes: string[];
+    /** The first box of each target. */
+    proposals: Proposal[];
 }
-export interface Look {
+export interface Proposal {
+    frame: number;
+    label: string;
+    box: Box;
+    score: number | null;
+}
+export interface VisibilityView {
     box: Box | null;
     corners: number[][] | null;
     score?: number | null;
@@ -154,7 +162,7 @@ export type TrackRequest = { target: number; until?: number; since?: number } & 
 );
 export type Direction = 'forward' | 'backward' | 'both';
 /** What is known of a target in a frame. */
-export interface Seen {
+export interface TargetBox {
     kind: 'key' | 'tracked' | 'uncertain' | 'lost' | 'hidden' | 'none';
     box: Box | null;
     score: number | null;

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use patchlock::BoundingBox;
 use patchlock_track::attributes::{Attribute, check as declared};
 
-use super::{Changes, Frames, Key, Label, Project, Remark, Target, Tracked, Video, changes};
+use super::{Changes, Frames, Key, Label, Project, Remark, Target, TrackedBox, Video, changes};
 
 /// The limits of a project.
 pub mod limits {
@@ -161,7 +161,7 @@ pub fn part(part: &Frames, range: [usize; 2], video: &Video) -> Result {
 
 fn frames(
     keys: &BTreeMap<usize, Key>,
-    tracked: &BTreeMap<usize, Tracked>,
+    tracked: &BTreeMap<usize, TrackedBox>,
     hidden: &[[usize; 2]],
     [from, to]: [usize; 2],
     video: &Video,
@@ -240,8 +240,8 @@ pub fn drawn_box(bbox: BoundingBox, video: &Video) -> Result {
 }
 
 /// Checks what a tracker said.
-pub fn tracked_box(tracked: &Tracked) -> Result {
-    let Tracked { bbox, score, visible, agreement, .. } = *tracked;
+pub fn tracked_box(tracked: &TrackedBox) -> Result {
+    let TrackedBox { bbox, score, visible, agreement, .. } = *tracked;
     sides(bbox, 0.001)?;
     let shares = [("score", Some(score)), ("visible", visible), ("agreement", agreement)];
     for (name, value) in shares {

@@ -6,7 +6,7 @@ use std::io::{self, Write as _};
 use patchlock::{BoundingBox, Status};
 use serde::{Deserialize, Serialize};
 
-use super::{Changes, Key, Label, Project, Remark, Target, Tracked, Video, by_frame, check};
+use super::{Changes, Key, Label, Project, Remark, Target, TrackedBox, Video, by_frame, check};
 
 /// The newest version that is read. It is written of projects with attributes that labels declare,
 /// or that change from frame to frame. Those with remarks are of version 2, others of version 1:
@@ -214,8 +214,8 @@ impl Run {
         }
     }
 
-    fn push(&mut self, tracked: &Tracked) {
-        let Tracked { bbox: BoundingBox { x, y, w, h }, score, status, visible, agreement } =
+    fn push(&mut self, tracked: &TrackedBox) {
+        let TrackedBox { bbox: BoundingBox { x, y, w, h }, score, status, visible, agreement } =
             *tracked;
         let columns = [&mut self.x, &mut self.y, &mut self.w, &mut self.h, &mut self.score];
         for (column, value) in columns.into_iter().zip([x, y, w, h, score]) {
@@ -233,7 +233,7 @@ impl Run {
         }
     }
 
-    fn read(self, frames: usize, into: &mut BTreeMap<usize, Tracked>) -> Result<(), String> {
+    fn read(self, frames: usize, into: &mut BTreeMap<usize, TrackedBox>) -> Result<(), String> {
         let count = self.x.len();
         let shares = |column: Option<Vec<Option<f64>>>| column.unwrap_or_else(|| vec![None; count]);
         let (visible, agreement) = (shares(self.visible), shares(self.agreement));
@@ -253,7 +253,7 @@ impl Run {
             return Err(format!("the {count} frames are not all in the video, which has {frames}"));
         }
         for (k, status) in self.status.chars().enumerate() {
-            let tracked = Tracked {
+            let tracked = TrackedBox {
                 bbox: BoundingBox { x: self.x[k], y: self.y[k], w: self.w[k], h: self.h[k] },
                 score: self.score[k],
                 status: status_of(status)?,

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Key, Target, Tracked, by_frame, stretches};
+use super::{Key, Target, TrackedBox, by_frame, stretches};
 
 /// What a target has in a range of frames.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -15,7 +15,7 @@ pub struct Frames {
     pub keys: BTreeMap<usize, Key>,
     /// Its tracked boxes.
     #[serde(with = "by_frame")]
-    pub tracked: BTreeMap<usize, Tracked>,
+    pub tracked: BTreeMap<usize, TrackedBox>,
     /// First and last frame of each stretch in which it is not visible; in order, and apart from
     /// each other.
     pub hidden: Vec<[usize; 2]>,

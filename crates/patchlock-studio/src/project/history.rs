@@ -22,7 +22,7 @@ pub(super) struct Step {
     /// What was done, for a person; `None` if the changed frames say it.
     said: Option<String>,
     /// The frames that were changed, by what was done to them.
-    changed: Vec<Changed>,
+    changed: Vec<FrameChange>,
     /// What takes it back (or, of an undone step, does it again), in order.
     edits: Vec<Edit>,
     /// All of it in words.
@@ -30,7 +30,7 @@ pub(super) struct Step {
 }
 
 impl Step {
-    fn new(id: u64, said: Option<String>, changed: Option<Changed>, edits: Vec<Edit>) -> Self {
+    fn new(id: u64, said: Option<String>, changed: Option<FrameChange>, edits: Vec<Edit>) -> Self {
         let changed = Vec::from_iter(changed);
         let mut step = Self { id, said, changed, edits, text: String::new() };
         step.name();
@@ -39,17 +39,18 @@ impl Step {
 
     fn name(&mut self) {
         let some = self.changed.iter().filter(|changed| !changed.frames.is_empty());
-        let words = self.said.iter().cloned().chain(some.map(Changed::text));
+        let words = self.said.iter().cloned().chain(some.map(FrameChange::text));
         self.text = words.collect::<Vec<_>>().join(", and ");
         if self.text.is_empty() {
-            self.text = self.changed.first().map(Changed::text).unwrap_or_default();
+            self.text = self.changed.first().map(FrameChange::text).unwrap_or_default();
         }
     }
 
     /// Adds edits that were made later, which this takes back.
-    fn add(&mut self, changed: Changed, undo: Vec<Edit>) {
+    fn add(&mut self, changed: FrameChange, undo: Vec<Edit>) {
         self.edits.splice(0..0, undo);
-        let is_same = |it: &&mut Changed| it.verb == changed.verb && it.target == changed.target;
+        let is_same =
+            |it: &&mut FrameChange| it.verb == changed.verb && it.target == changed.target;
         match self.changed.iter_mut().find(is_same) {
             Some(before) => {
                 changed.frames.iter().for_each(|&more| stretches::add(&mut before.frames, more));
@@ -72,14 +73,14 @@ impl Step {
 /// The frames of a target that a step has changed, as stretches.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Changed {
+pub(super) struct FrameChange {
     /// What was done to them.
     verb: Cow<'static, str>,
     target: u64,
     frames: Vec<[usize; 2]>,
 }
 
-impl Changed {
+impl FrameChange {
     fn none(verb: &'static str, target: u64) -> Self {
         Self { verb: Cow::Borrowed(verb), target, frames: Vec::new() }
     }
@@ -136,7 +137,7 @@ pub(super) enum Event {
     /// A step was made.
     Made { step: Step },
     /// Something was added to a step.
-    Added { id: u64, changed: Changed, undo: Vec<Edit> },
+    Added { id: u64, changed: FrameChange, undo: Vec<Edit> },
     /// A step that has changed nothing was dropped.
     Dropped { id: u64 },
     /// The last step was undone; these edits do it again.
@@ -230,7 +231,7 @@ impl History {
         let kind = edits[0].changes_frames();
         let kind = kind.filter(|_| edits.iter().all(|edit| edit.changes_frames() == kind));
         let undo = apply_all(project, edits)?;
-        let changed = kind.map(|kind| Changed::new(kind, project, &undo));
+        let changed = kind.map(|kind| FrameChange::new(kind, project, &undo));
         let said = changed.is_none().then_some(text);
         self.happen(Event::Made { step: Step::new(revision, said, changed, undo) });
         Ok(())
@@ -242,7 +243,7 @@ impl History {
         if let Some(since) = since.filter(|&since| self.takes(since, target)) {
             return since;
         }
-        let changed = Some(Changed::none("track", target));
+        let changed = Some(FrameChange::none("track", target));
         self.happen(Event::Made { step: Step::new(revision, None, changed, Vec::new()) });
         revision
     }
@@ -260,7 +261,7 @@ impl History {
             return Ok(false);
         }
         let undo = apply_all(project, edits)?;
-        let changed = Changed::new(("track", target), project, &undo);
+        let changed = FrameChange::new(("track", target), project, &undo);
         self.happen(Event::Added { id, changed, undo });
         Ok(true)
     }

@@ -31,9 +31,9 @@ pub use edit::Edit;
 pub use error::Error;
 pub use frames::Frames;
 pub use history::{MAX_BOXES, MAX_STEPS};
-pub use shared::{FILE as LABELS_FILE, Shared, Vocabulary};
+pub use shared::{FILE as LABELS_FILE, SharedLabels, Vocabulary};
 pub use store::{Store, beside, in_folder};
-pub use video::Change;
+pub use video::VideoChange;
 
 /// A video with its targets.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -99,7 +99,7 @@ pub struct Remark {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub target: Option<u64>,
     /// What the reviewer decides.
-    pub verdict: Verdict,
+    pub verdict: ReviewDecision,
     /// Why, in words; may be empty.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub text: String,
@@ -108,7 +108,7 @@ pub struct Remark {
 /// What a reviewer decides.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Verdict {
+pub enum ReviewDecision {
     /// It is right, in all frames if it is about a target.
     Accepted,
     /// It is wrong here.
@@ -191,7 +191,7 @@ pub struct Target {
     pub keys: BTreeMap<usize, Key>,
     /// Where it is between key frames, as tracked, by frame. Key frames have no entry.
     #[serde(with = "by_frame")]
-    pub tracked: BTreeMap<usize, Tracked>,
+    pub tracked: BTreeMap<usize, TrackedBox>,
     /// First and last frame of each stretch in which a person said that it is not visible; in
     /// order, and apart from each other. A frame in a stretch has neither a key nor a tracked box.
     pub hidden: Vec<[usize; 2]>,
@@ -236,7 +236,7 @@ pub struct Key {
 /// A frame between key frames.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Tracked {
+pub struct TrackedBox {
     /// The box.
     #[serde(rename = "box")]
     pub bbox: BoundingBox,

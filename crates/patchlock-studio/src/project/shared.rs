@@ -58,13 +58,13 @@ struct Document {
 
 /// The labels of a folder, with their file.
 #[derive(Debug)]
-pub struct Shared {
+pub struct SharedLabels {
     path: PathBuf,
     /// The labels as long as there is no file.
     known: Vocabulary,
 }
 
-impl Shared {
+impl SharedLabels {
     /// Those of a folder; nothing is read yet.
     pub fn new(folder: &Path) -> Self {
         let known = Vocabulary { is_new: true, ..Vocabulary::default() };
@@ -87,7 +87,7 @@ impl Shared {
     /// Changes the labels as they are now, and writes them. Other programs wait meanwhile.
     ///
     /// # Errors
-    /// As [`Shared::read`], and those of the work, after which nothing is changed;
+    /// As [`SharedLabels::read`], and those of the work, after which nothing is changed;
     /// [`Error::InUse`]; [`Error::Write`].
     pub fn update<T>(
         &mut self,

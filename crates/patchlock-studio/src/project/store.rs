@@ -12,7 +12,7 @@ use super::file::{self, Fault};
 use super::history::History;
 use super::lock::Lock;
 use super::log::Log;
-use super::{Change, Edit, Error, Label, PLACEHOLDER, Project, Video, check};
+use super::{Edit, Error, Label, PLACEHOLDER, Project, Video, VideoChange, check};
 
 /// A project with its file and its history.
 ///
@@ -478,11 +478,11 @@ impl Store {
 
     /// How the video differs from the one that the project was made for; `None` if it is the same.
     /// Reads up to 64 MiB of it, if [`Store::video_to_read`] allows that.
-    pub fn changed(&self) -> Option<Change> {
+    pub fn changed(&self) -> Option<VideoChange> {
         match self.video_to_read() {
             Ok(video) => self.project.video.change(video),
-            Err(Error::Read { source, .. }) => Some(Change::Missing(source.to_string())),
-            Err(error) => Some(Change::Missing(error.to_string())),
+            Err(Error::Read { source, .. }) => Some(VideoChange::Missing(source.to_string())),
+            Err(error) => Some(VideoChange::Missing(error.to_string())),
         }
     }
 

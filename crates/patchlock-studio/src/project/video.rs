@@ -18,7 +18,7 @@ const PIECES: u64 = 64;
 
 /// How a video differs from the one that the boxes were drawn on. Its text is for a person to read.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Change {
+pub enum VideoChange {
     /// It is not there, or cannot be read, for this reason.
     Missing(String),
     /// It has another size.
@@ -32,7 +32,7 @@ pub enum Change {
     Content,
 }
 
-impl fmt::Display for Change {
+impl fmt::Display for VideoChange {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Missing(reason) => write!(f, "the video cannot be read: {reason}"),
@@ -70,18 +70,18 @@ impl Video {
     }
 
     /// How the video now differs; `None` if it is the same.
-    pub fn change(&self, video: &Path) -> Option<Change> {
+    pub fn change(&self, video: &Path) -> Option<VideoChange> {
         let now = match size(video) {
             Ok(now) => now,
-            Err(error) => return Some(Change::Missing(error.to_string())),
+            Err(error) => return Some(VideoChange::Missing(error.to_string())),
         };
         if now != self.bytes {
-            return Some(Change::Size { before: self.bytes, now });
+            return Some(VideoChange::Size { before: self.bytes, now });
         }
         match fingerprint(video) {
             Ok((_, hash)) if hash.eq_ignore_ascii_case(&self.hash) => None,
-            Ok(_) => Some(Change::Content),
-            Err(error) => Some(Change::Missing(error.to_string())),
+            Ok(_) => Some(VideoChange::Content),
+            Err(error) => Some(VideoChange::Missing(error.to_string())),
         }
     }
 }

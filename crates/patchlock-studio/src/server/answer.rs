@@ -14,7 +14,7 @@ use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
 
 use super::advice;
-use super::pace::Pace;
+use super::timeouts::TransferDeadline;
 use crate::project;
 
 /// Why a request is refused, as JSON: `{"error": "...", "hint": "..."}`.
@@ -171,22 +171,22 @@ pub struct BodyReader {
     pieces: BodyDataStream,
     left: u64,
     most: u64,
-    pace: Pace,
+    deadline: TransferDeadline,
 }
 
 impl BodyReader {
     /// A body of at most `most` bytes. One that says to be longer is refused before it is read.
-    pub fn new(body: Body, most: u64, patience: Duration) -> Result<Self, Refusal> {
+    pub fn new(body: Body, most: u64, timeout: Duration) -> Result<Self, Refusal> {
         if body.size_hint().lower() > most {
             return Err(Refusal::too_large(most));
         }
-        let pace = Pace::begin(patience);
-        Ok(Self { pieces: body.into_data_stream(), left: most, most, pace })
+        let deadline = TransferDeadline::begin(timeout);
+        Ok(Self { pieces: body.into_data_stream(), left: most, most, deadline })
     }
 
     /// The next piece; `None` at the end.
     pub async fn next(&mut self) -> Result<Option<Bytes>, Refusal> {
-        let next = tokio::time::timeout_at(self.pace.deadline(), self.pieces.next()).await;
+        let next = tokio::time::timeout_at(self.deadline.deadline(), self.pieces.next()).await;
         let Ok(piece) = next else {
             let message = "the rest of the request did not arrive in time";
             return Err(Refusal::new(StatusCode::REQUEST_TIMEOUT, message));
@@ -194,7 +194,7 @@ impl BodyReader {
         let piece = piece.transpose();
         let piece = piece.map_err(|_| Refusal::bad("the request was broken off"))?;
         let length = piece.as_ref().map_or(0, Bytes::len);
-        self.pace.passed(length);
+        self.deadline.passed(length);
         self.left = self.left.checked_sub(length as u64).ok_or(Refusal::too_large(self.most))?;
         Ok(piece)
     }
@@ -244,12 +244,12 @@ mod tests {
     #[tokio::test(start_paused = true)]
     async fn a_body_of_a_byte_every_15_seconds_is_not_waited_for() {
         let begun = Instant::now();
-        let patience = Duration::from_secs(20);
-        let body = BodyReader::new(dripping(1000, 1), 5000, patience).expect("is short");
+        let timeout = Duration::from_secs(20);
+        let body = BodyReader::new(dripping(1000, 1), 5000, timeout).expect("is short");
         let refusal = body.whole().await.expect_err("is too slow");
         assert_eq!(refusal.status, StatusCode::REQUEST_TIMEOUT);
-        assert!(begun.elapsed() <= patience, "{:?}", begun.elapsed());
-        let body = BodyReader::new(dripping(100, 1 << 20), 1 << 30, patience).expect("is short");
+        assert!(begun.elapsed() <= timeout, "{:?}", begun.elapsed());
+        let body = BodyReader::new(dripping(100, 1 << 20), 1 << 30, timeout).expect("is short");
         assert_eq!(body.whole().await.expect("arrives").len(), 100 << 20);
     }
 }

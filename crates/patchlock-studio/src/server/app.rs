@@ -11,7 +11,7 @@ use super::access::Access;
 use super::camera::Recordings;
 use super::clips::Clips;
 use super::code::OneTimeCode;
-use super::pace::Patience;
+use super::timeouts::Timeouts;
 
 /// What all clips share.
 #[derive(Clone)]
@@ -37,7 +37,7 @@ pub struct App {
     /// What all clips share.
     pub settings: Settings,
     /// How long to wait for a client.
-    pub patience: Patience,
+    pub timeouts: Timeouts,
     /// Most connections at once that have not shown the token.
     pub strangers: usize,
     /// The folder for uploads and recordings.

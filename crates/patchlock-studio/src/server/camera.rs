@@ -29,7 +29,7 @@ use super::answer::{PathParam, Refusal};
 use super::app::App;
 use super::files::{cannot_keep, download, keep};
 use super::options::ProjectLocation;
-use super::pace::SENDING;
+use super::timeouts::SENDING;
 use crate::import;
 
 /// Largest picture, in bytes of JPEG.

@@ -18,13 +18,13 @@ use super::advice;
 use super::answer::{BodyReader, PathParam, Refusal, aside};
 use super::app::{App, Settings};
 use super::frames::{Cache, Reader};
-use super::jobs::{Jobs, Stopped};
+use super::jobs::{CancelledJobs, Jobs};
 use super::options::ProjectLocation;
 use crate::engine::Engine;
-use crate::engine::plan::Wish;
-use crate::import::Imported;
-use crate::project::{self, Edit, Error, Label, Shared, Store};
-use crate::tracking::doubt::unknown;
+use crate::engine::plan::TrackRequest;
+use crate::import::ImportResult;
+use crate::project::{self, Edit, Error, Label, SharedLabels, Store};
+use crate::tracking::review::unknown;
 
 /// Largest list of edits, in bytes of JSON.
 const EDIT_BYTES: u64 = 64 << 20;
@@ -48,7 +48,7 @@ pub struct Clips {
 /// The labels of all clips, in a file of the folder of the first one. Whoever has them may take a
 /// project, and nobody the other way round.
 struct Labels {
-    shared: Mutex<Shared>,
+    shared: Mutex<SharedLabels>,
 }
 
 impl Labels {
@@ -121,7 +121,7 @@ impl Clips {
             cache: Arc::default(),
             all: RwLock::default(),
             adding: Mutex::default(),
-            labels: Arc::new(Labels { shared: Mutex::new(Shared::new(folder)) }),
+            labels: Arc::new(Labels { shared: Mutex::new(SharedLabels::new(folder)) }),
         }
     }
 
@@ -227,7 +227,11 @@ impl Clips {
 
     /// Adds targets to a clip, and labels and attributes that they need to all clips. Returns the revision and the
     /// ids.
-    pub fn import(&self, clip: &OpenClip, imported: Imported) -> Result<(u64, Vec<u64>), Refusal> {
+    pub fn import(
+        &self,
+        clip: &OpenClip,
+        imported: ImportResult,
+    ) -> Result<(u64, Vec<u64>), Refusal> {
         let names = imported.targets.iter().map(|target| target.label.clone()).collect::<Vec<_>>();
         let edits = imported.edits(&self.labels()?);
         let (of_labels, import): (Vec<_>, Vec<_>) = edits.into_iter().partition(Edit::is_of_labels);
@@ -525,7 +529,7 @@ pub async fn edit(
 ) -> Result<Json<Value>, Refusal> {
     let clip = app.clips.open(clip).await?;
     let Edits { revision, edits } =
-        BodyReader::new(body, EDIT_BYTES, app.patience.body)?.json().await?;
+        BodyReader::new(body, EDIT_BYTES, app.timeouts.body)?.json().await?;
     let revision = aside(move || app.clips.edit(&clip, revision, edits)).await?;
     Ok(Json(json!({ "revision": revision })))
 }
@@ -557,13 +561,14 @@ pub async fn track(
     body: Body,
 ) -> Result<Json<Value>, Refusal> {
     let clip = app.clips.open(clip).await?;
-    let mut wish: Map<String, Value> =
-        BodyReader::new(body, EDIT_BYTES, app.patience.body)?.json().await?;
-    let since = wish.remove("since").unwrap_or_default();
-    let wish = serde_json::from_value::<Wish>(wish.into());
-    let wish = wish.and_then(|wish| Ok((wish, serde_json::from_value::<Option<u64>>(since)?)));
-    let (wish, since) = wish.map_err(|error| Refusal::bad(error.to_string()))?;
-    let job = aside(move || Jobs::start(&clip, wish, since)).await?;
+    let mut request: Map<String, Value> =
+        BodyReader::new(body, EDIT_BYTES, app.timeouts.body)?.json().await?;
+    let since = request.remove("since").unwrap_or_default();
+    let request = serde_json::from_value::<TrackRequest>(request.into());
+    let request =
+        request.and_then(|request| Ok((request, serde_json::from_value::<Option<u64>>(since)?)));
+    let (request, since) = request.map_err(|error| Refusal::bad(error.to_string()))?;
+    let job = aside(move || Jobs::start(&clip, request, since)).await?;
     Ok(Json(json!({ "job": job })))
 }
 
@@ -573,7 +578,7 @@ pub async fn stop(
     PathParam(clip): PathParam<usize>,
 ) -> Result<Json<Value>, Refusal> {
     let clip = app.clips.open(clip).await?;
-    let Stopped { running, dropped } = aside(move || Ok(Jobs::stop_all(&clip))).await?;
+    let CancelledJobs { running, dropped } = aside(move || Ok(Jobs::stop_all(&clip))).await?;
     Ok(Json(json!({ "stopped": dropped.len() + usize::from(running), "dropped": dropped })))
 }
 

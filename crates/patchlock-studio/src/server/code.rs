@@ -55,13 +55,13 @@ impl OneTimeCode {
         Ok(code)
     }
 
-    /// Whether this code gives the token: it was drawn at most `patience` ago, and is used for the
+    /// Whether this code gives the token: it was drawn at most `timeout` ago, and is used for the
     /// first time.
-    pub fn take(&self, given: &str, patience: Duration) -> CodeStatus {
+    pub fn take(&self, given: &str, timeout: Duration) -> CodeStatus {
         let mut drawn = self.drawn.lock().unwrap_or_else(PoisonError::into_inner);
         match drawn.as_mut().filter(|drawn| same(given, &drawn.code)) {
             None => CodeStatus::Unknown,
-            Some(drawn) if drawn.used || drawn.at.elapsed() > patience => CodeStatus::Expired,
+            Some(drawn) if drawn.used || drawn.at.elapsed() > timeout => CodeStatus::Expired,
             Some(drawn) => {
                 drawn.used = true;
                 CodeStatus::Valid
@@ -73,14 +73,15 @@ impl OneTimeCode {
 /// What a page has instead of the token.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Exchange {
+pub struct TokenRequest {
     pub code: String,
 }
 
 /// `POST /api/token`
 pub async fn exchange(State(app): State<Arc<App>>, body: Body) -> Result<Json<Value>, Refusal> {
-    let Exchange { code } = BodyReader::new(body, REQUEST_BYTES, app.patience.body)?.json().await?;
-    let status = app.code.take(&code, app.patience.code);
+    let TokenRequest { code } =
+        BodyReader::new(body, REQUEST_BYTES, app.timeouts.body)?.json().await?;
+    let status = app.code.take(&code, app.timeouts.code);
     if status == CodeStatus::Valid {
         return Ok(Json(json!({ "token": app.access.token() })));
     }

@@ -18,7 +18,7 @@ use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio::task::AbortHandle;
 
 use super::answer::Refusal;
-use super::pace::{PacedStream, Patience};
+use super::timeouts::{TimeoutStream, Timeouts};
 
 /// Most connections at once that have shown the token.
 const KNOWN: usize = 512;
@@ -74,13 +74,13 @@ fn too_many() -> Refusal {
 }
 
 /// Accepts connections for ever, at most `strangers` without the token at once.
-pub async fn accept(listener: TcpListener, routes: Router, strangers: usize, patience: Patience) {
+pub async fn accept(listener: TcpListener, routes: Router, strangers: usize, timeouts: Timeouts) {
     let known = Arc::new(Semaphore::new(KNOWN));
     let pool = Arc::new(ConnectionPool { strangers: Mutex::default(), known });
     for number in 0.. {
         let stream = accepted(&listener).await;
         let state = PermitState { number, pool: Arc::clone(&pool), known: Mutex::default() };
-        let served = serve(stream, routes.clone(), Permit(Arc::new(state)), patience);
+        let served = serve(stream, routes.clone(), Permit(Arc::new(state)), timeouts);
         // The task leaves this list when it ends, so it must be in it before that.
         let mut all = pool.strangers();
         while all.len() >= strangers.max(1) {
@@ -102,15 +102,15 @@ async fn accepted(listener: &TcpListener) -> TcpStream {
     }
 }
 
-async fn serve(stream: TcpStream, routes: Router, permit: Permit, patience: Patience) {
+async fn serve(stream: TcpStream, routes: Router, permit: Permit, timeouts: Timeouts) {
     // Small answers must not wait for more to send.
     let _ = stream.set_nodelay(true);
     let service = TowerToHyperService::new(routes.layer(Extension(permit)));
     let connection = http1::Builder::new()
         .timer(TokioTimer::new())
-        .header_read_timeout(patience.headers)
+        .header_read_timeout(timeouts.headers)
         .max_buf_size(HEADER_BYTES)
-        .serve_connection(TokioIo::new(PacedStream::new(stream, patience.answer)), service)
+        .serve_connection(TokioIo::new(TimeoutStream::new(stream, timeouts.answer)), service)
         .with_upgrades();
     // A client that goes away is no error of ours.
     let _ = connection.await;

@@ -13,8 +13,9 @@ use axum::http::HeaderValue;
 use axum::http::header::{CONTENT_DISPOSITION, CONTENT_LENGTH, CONTENT_TYPE};
 use axum::response::{IntoResponse as _, Response};
 use futures_util::stream;
+use patchlock::Status;
 use patchlock_media::Limits;
-use patchlock_track::export::{KeyFrames, Selection, Written};
+use patchlock_track::export::{ExportSummary, KeyFrames, Selection};
 use serde::Deserialize;
 use serde_json::{Value, json};
 use tempfile::{NamedTempFile, TempPath};
@@ -27,8 +28,8 @@ use super::answer::{BodyReader, PathParam, QueryParams, Refusal, aside};
 use super::app::App;
 use super::clips::{Clips, OpenClip};
 use super::options::ProjectLocation;
-use crate::import::Imported;
-use crate::project::{Attribute, Project, Target};
+use crate::import::ImportResult;
+use crate::project::{Attribute, Project, Target, Video, check};
 use crate::{export, import, project};
 
 /// Longest name of a file, in characters.
@@ -50,7 +51,7 @@ pub async fn upload(
     QueryParams(UploadQuery { name }): QueryParams<UploadQuery>,
     body: Body,
 ) -> Result<Json<Value>, Refusal> {
-    let mut pieces = BodyReader::new(body, app.upload_bytes, app.patience.body)?;
+    let mut pieces = BodyReader::new(body, app.upload_bytes, app.timeouts.body)?;
     let name = plain_name(&name)?;
     let folder = app.uploads.clone();
     let file = aside({
@@ -142,7 +143,7 @@ pub async fn import_boxes(
 ) -> Result<Json<Value>, Refusal> {
     let clip = app.clips.open(clip).await?;
     let format = import::Format::named(&format)?;
-    let content = BodyReader::new(body, TABLE_BYTES, app.patience.body)?.whole().await?;
+    let content = BodyReader::new(body, TABLE_BYTES, app.timeouts.body)?.whole().await?;
     let files = match format.has_files() {
         true => files_of(&content)?,
         false => vec![import::File { name: String::new(), content }],
@@ -166,10 +167,10 @@ fn files_of(content: &[u8]) -> Result<Vec<import::File>, Refusal> {
 /// Says what an import would add, without adding it.
 fn preview_of(
     clip: &OpenClip,
-    read: impl FnOnce(&Project) -> Result<Imported, project::Error>,
+    read: impl FnOnce(&Project) -> Result<ImportResult, project::Error>,
 ) -> Result<Value, Refusal> {
     let known = clip.hold().store.project().clone();
-    let Imported { targets: found, declared, notes } = read(&known.without_targets())?;
+    let ImportResult { targets: found, declared, notes } = read(&known.without_targets())?;
     let frames = |target: &Target| target.keys.len() + target.tracked.len();
     let mut labels: BTreeMap<&str, usize> = BTreeMap::new();
     found.iter().for_each(|target| *labels.entry(&target.label).or_default() += 1);
@@ -198,7 +199,19 @@ fn preview_of(
         "attributes": new_attributes(&known, &declared),
         "there": found.iter().filter(is_there).count(),
         "notes": notes,
+        "proposals": found.iter().filter_map(|it| proposal(it, &known.video)).collect::<Vec<_>>(),
     }))
+}
+
+/// The first box of a target that a person could have drawn, with its score if it has one, for the
+/// person to decide whether it is one.
+fn proposal(target: &Target, video: &Video) -> Option<Value> {
+    let keys = target.keys.iter().map(|(frame, key)| (*frame, key.bbox, None));
+    let tracked = target.tracked.iter().filter(|(_, tracked)| tracked.status != Status::Lost);
+    let tracked = tracked.map(|(frame, tracked)| (*frame, tracked.bbox, Some(tracked.score)));
+    let boxes = keys.chain(tracked).filter(|(_, bbox, _)| check::drawn_box(*bbox, video).is_ok());
+    let (frame, bbox, score) = boxes.min_by_key(|(frame, ..)| *frame)?;
+    Some(json!({ "frame": frame, "label": target.label, "box": bbox, "score": score }))
 }
 
 /// The names of attributes that labels would declare from then on.
@@ -219,7 +232,7 @@ fn new_attributes(
 fn add(
     clips: &Clips,
     clip: &OpenClip,
-    read: impl FnOnce(&Project) -> Result<Imported, project::Error>,
+    read: impl FnOnce(&Project) -> Result<ImportResult, project::Error>,
 ) -> Result<Value, Refusal> {
     let known = clip.hold().store.project().without_targets();
     let (revision, ids) = clips.import(clip, read(&known)?)?;
@@ -292,7 +305,7 @@ impl ExportQuery {
 const REMARKS: &str = "patchlock-remarks";
 
 /// Adds what an export has left out, and what is doubtful.
-fn with_remarks(mut answer: Response, written: &Written) -> Response {
+fn with_remarks(mut answer: Response, written: &ExportSummary) -> Response {
     let remarks = written.remarks().join("; ");
     if let Ok(remarks) = HeaderValue::from_str(&remarks)
         && !remarks.is_empty()
@@ -358,7 +371,7 @@ pub async fn export_all(
 
 /// All clips of the page, under names that differ. One that cannot be opened is an error: a data
 /// set without it would look complete.
-fn of_all(clips: &Clips) -> Result<Vec<export::OfFolder>, Refusal> {
+fn of_all(clips: &Clips) -> Result<Vec<export::FolderClip>, Refusal> {
     let mut names = BTreeSet::new();
     let mut all = Vec::new();
     for clip in clips.all() {
@@ -368,7 +381,7 @@ fn of_all(clips: &Clips) -> Result<Vec<export::OfFolder>, Refusal> {
         let name = tries.find(|name| names.insert(name.clone())).unwrap_or_default();
         let project = opened.hold().store.project().clone();
         let video = Some(opened.engine.video.clone());
-        all.push(export::OfFolder { name, project, video });
+        all.push(export::FolderClip { name, project, video });
     }
     Ok(all)
 }
@@ -447,7 +460,7 @@ mod tests {
     use axum::http::{Method, Request};
     use patchlock::{BoundingBox, Preset, TrackerConfig};
 
-    use super::super::{AllowedHosts, InProcessServer, Options, Patience, STRANGERS, Server};
+    use super::super::{AllowedHosts, InProcessServer, Options, STRANGERS, Server, Timeouts};
     use super::*;
     use crate::project::Key;
 
@@ -468,7 +481,7 @@ mod tests {
             config: TrackerConfig::from(Preset::Robust),
             threads: Some(1),
             limits: patchlock_media::Limits::default(),
-            patience: Patience::default(),
+            timeouts: Timeouts::default(),
             strangers: STRANGERS,
             uploads: folder.join("uploads"),
             upload_bytes: 1,
@@ -512,7 +525,7 @@ mod tests {
                 let keys = [(0, key)].into();
                 let (attributes, changes, tracked, hidden) = Default::default();
                 let target = Target { id: 1, label, attributes, changes, keys, tracked, hidden };
-                Ok(Imported { targets: vec![target], ..Imported::default() })
+                Ok(ImportResult { targets: vec![target], ..ImportResult::default() })
             })
         }));
         has_begun.recv_timeout(LONG).expect("begins");

@@ -12,9 +12,9 @@ use serde_json::{Value, json};
 use super::answer::Refusal;
 use super::clips::{OpenClip, ProjectState, no_target};
 use crate::engine::Listener;
-use crate::engine::plan::{self, Span, Wish};
-use crate::project::{Edit, Tracked};
-use crate::tracking::doubt::doubtful;
+use crate::engine::plan::{self, Span, TrackRequest};
+use crate::project::{Edit, TrackedBox};
+use crate::tracking::review::doubtful;
 
 /// Time between two messages with boxes.
 const MESSAGES: Duration = Duration::from_millis(50);
@@ -30,7 +30,7 @@ pub struct Jobs {
 
 #[derive(Default)]
 struct Queue {
-    waiting: VecDeque<Waiting>,
+    waiting: VecDeque<QueuedJob>,
     running: Option<RunningJob>,
     /// The thread that works on them.
     worker: Option<JoinHandle<()>>,
@@ -41,9 +41,9 @@ struct Queue {
 
 /// A job that waits.
 #[derive(Debug, Clone, Copy)]
-struct Waiting {
+struct QueuedJob {
     id: u64,
-    wish: Wish,
+    request: TrackRequest,
     /// The step of the history that it adds to.
     step: u64,
 }
@@ -53,18 +53,18 @@ struct RunningJob {
     target: u64,
     step: u64,
     stop: Arc<AtomicBool>,
-    pace: Pace,
+    progress: JobProgress,
 }
 
 /// How far a job is.
 #[derive(Debug, Clone, Copy)]
-struct Pace {
+struct JobProgress {
     begun: Instant,
     done: usize,
     total: usize,
 }
 
-impl Pace {
+impl JobProgress {
     /// Frames per second.
     fn speed(&self) -> f64 {
         self.done as f64 / self.begun.elapsed().as_secs_f64().max(1e-3)
@@ -86,7 +86,7 @@ impl Jobs {
     /// job.
     pub fn start(
         clip: &Arc<OpenClip>,
-        wish: Wish,
+        request: TrackRequest,
         since: Option<u64>,
     ) -> Result<Option<u64>, Refusal> {
         let step = {
@@ -94,10 +94,10 @@ impl Jobs {
             if since.is_some_and(|since| held.store.is_undone(since)) {
                 return Ok(None);
             }
-            if spans(&held, clip.frames, wish)?.is_empty() {
+            if spans(&held, clip.frames, request)?.is_empty() {
                 return Err(Refusal::bad("there are no frames to track there"));
             }
-            held.store.begin_tracking(wish.target(), since)
+            held.store.begin_tracking(request.target(), since)
         };
         let mut queue = clip.jobs.lock();
         if queue.closed {
@@ -107,7 +107,7 @@ impl Jobs {
         }
         queue.last_id += 1;
         let id = queue.last_id;
-        queue.waiting.push_back(Waiting { id, wish, step });
+        queue.waiting.push_back(QueuedJob { id, request, step });
         if queue.worker.is_none() {
             let clip = Arc::clone(clip);
             queue.worker = Some(thread::spawn(move || work(&clip)));
@@ -120,18 +120,18 @@ impl Jobs {
 
     /// Tells the windows which targets wait.
     fn tell_queue(&self, clip: &OpenClip) {
-        let waiting: Vec<u64> = self.lock().waiting.iter().map(|it| it.wish.target()).collect();
+        let waiting: Vec<u64> = self.lock().waiting.iter().map(|it| it.request.target()).collect();
         clip.tell(&json!({ "type": "queue", "waiting": waiting }));
     }
 
     /// The state for the page: `null`, or the running job and the targets that wait.
     pub fn state(&self) -> Value {
         let queue = self.lock();
-        let waiting: Vec<u64> = queue.waiting.iter().map(|it| it.wish.target()).collect();
-        let Some(RunningJob { id, target, pace, .. }) = &queue.running else {
+        let waiting: Vec<u64> = queue.waiting.iter().map(|it| it.request.target()).collect();
+        let Some(RunningJob { id, target, progress, .. }) = &queue.running else {
             return match queue.waiting.front() {
-                Some(Waiting { id, wish, .. }) => json!({
-                    "id": id, "target": wish.target(), "state": "waiting", "waiting": waiting,
+                Some(QueuedJob { id, request, .. }) => json!({
+                    "id": id, "target": request.target(), "state": "waiting", "waiting": waiting,
                 }),
                 None => Value::Null,
             };
@@ -140,10 +140,10 @@ impl Jobs {
             "id": id,
             "target": target,
             "state": "running",
-            "done": pace.done,
-            "total": pace.total,
-            "fps": pace.speed(),
-            "left": pace.left(),
+            "done": progress.done,
+            "total": progress.total,
+            "fps": progress.speed(),
+            "left": progress.left(),
             "waiting": waiting,
         })
     }
@@ -151,22 +151,22 @@ impl Jobs {
     /// The targets that are tracked now, or wait for it.
     pub fn targets(&self) -> BTreeSet<u64> {
         let queue = self.lock();
-        let waiting = queue.waiting.iter().map(|it| it.wish.target());
+        let waiting = queue.waiting.iter().map(|it| it.request.target());
         waiting.chain(queue.running.as_ref().map(|running| running.target)).collect()
     }
 
     /// Stops all jobs, and waits until the running one has handed over what it found.
-    pub fn stop_all(clip: &OpenClip) -> Stopped {
+    pub fn stop_all(clip: &OpenClip) -> CancelledJobs {
         clip.jobs.stop(clip, |_, _| true)
     }
 
     /// Stops all jobs of targets as [`Jobs::stop_all`] does.
-    pub fn stop_for(clip: &OpenClip, targets: &[u64]) -> Stopped {
+    pub fn stop_for(clip: &OpenClip, targets: &[u64]) -> CancelledJobs {
         clip.jobs.stop(clip, |target, _| targets.contains(&target))
     }
 
     /// Stops all jobs that add to a step of the history as [`Jobs::stop_all`] does.
-    pub fn stop_step(clip: &OpenClip, step: u64) -> Stopped {
+    pub fn stop_step(clip: &OpenClip, step: u64) -> CancelledJobs {
         clip.jobs.stop(clip, |_, of| of == step)
     }
 
@@ -183,10 +183,10 @@ impl Jobs {
     }
 
     /// Stops the jobs whose target and step are asked for.
-    fn stop(&self, clip: &OpenClip, which: impl Fn(u64, u64) -> bool) -> Stopped {
+    fn stop(&self, clip: &OpenClip, which: impl Fn(u64, u64) -> bool) -> CancelledJobs {
         let mut queue = self.lock();
-        let is_meant = |it: &Waiting| which(it.wish.target(), it.step);
-        let dropped: Vec<Waiting> =
+        let is_meant = |it: &QueuedJob| which(it.request.target(), it.step);
+        let dropped: Vec<QueuedJob> =
             queue.waiting.iter().filter(|it| is_meant(it)).copied().collect();
         queue.waiting.retain(|it| !is_meant(it));
         let running = queue.running.as_ref().filter(|it| which(it.target, it.step));
@@ -205,41 +205,41 @@ impl Jobs {
             drop(held);
             self.tell_queue(clip);
         }
-        let dropped = dropped.iter().map(|it| it.wish.target()).collect();
-        Stopped { running: running.is_some(), dropped }
+        let dropped = dropped.iter().map(|it| it.request.target()).collect();
+        CancelledJobs { running: running.is_some(), dropped }
     }
 }
 
 /// Which jobs were stopped.
-pub struct Stopped {
+pub struct CancelledJobs {
     /// Whether one was running.
     pub running: bool,
     /// The targets of those that were waiting.
     pub dropped: Vec<u64>,
 }
 
-fn spans(held: &ProjectState, frames: usize, wish: Wish) -> Result<Vec<Span>, Refusal> {
-    let target = held.store.project().target(wish.target());
-    let target = target.ok_or_else(|| no_target(wish.target()))?;
-    plan::spans(target, wish, frames).map_err(Refusal::bad)
+fn spans(held: &ProjectState, frames: usize, request: TrackRequest) -> Result<Vec<Span>, Refusal> {
+    let target = held.store.project().target(request.target());
+    let target = target.ok_or_else(|| no_target(request.target()))?;
+    plan::spans(target, request, frames).map_err(Refusal::bad)
 }
 
 /// Works on the jobs of a clip until none is left.
 fn work(clip: &Arc<OpenClip>) {
     loop {
         let mut queue = clip.jobs.lock();
-        let Some(Waiting { id, wish, step }) = queue.waiting.pop_front() else {
+        let Some(QueuedJob { id, request, step }) = queue.waiting.pop_front() else {
             // Whoever closes the clip has taken the handle to wait for this thread.
             queue.worker = None;
             return;
         };
         let stop = Arc::new(AtomicBool::new(false));
-        let pace = Pace { begun: Instant::now(), done: 0, total: 0 };
-        let target = wish.target();
-        queue.running = Some(RunningJob { id, target, step, stop: Arc::clone(&stop), pace });
+        let progress = JobProgress { begun: Instant::now(), done: 0, total: 0 };
+        let target = request.target();
+        queue.running = Some(RunningJob { id, target, step, stop: Arc::clone(&stop), progress });
         drop(queue);
         clip.jobs.tell_queue(clip);
-        let result = Job::new(clip, id, target, step, stop).run(wish);
+        let result = Job::new(clip, id, target, step, stop).run(request);
         // Whoever waits for the end may then change what the job has found.
         clip.jobs.lock().running = None;
         clip.jobs.ended.notify_all();
@@ -261,12 +261,12 @@ struct Job<'a> {
     id: u64,
     target: u64,
     stop: Arc<AtomicBool>,
-    pace: Pace,
+    progress: JobProgress,
     /// Boxes that the windows do not know yet.
-    untold: Vec<(usize, Tracked)>,
+    untold: Vec<(usize, TrackedBox)>,
     told_at: Instant,
     /// Boxes that are not in the project yet.
-    unsaved: BTreeMap<usize, Tracked>,
+    unsaved: BTreeMap<usize, TrackedBox>,
     saved_at: Instant,
     /// The step of the history that it adds to.
     step: u64,
@@ -275,13 +275,13 @@ struct Job<'a> {
 impl<'a> Job<'a> {
     fn new(clip: &'a OpenClip, id: u64, target: u64, step: u64, stop: Arc<AtomicBool>) -> Self {
         let now = Instant::now();
-        let pace = Pace { begun: now, done: 0, total: 0 };
+        let progress = JobProgress { begun: now, done: 0, total: 0 };
         Self {
             clip,
             id,
             target,
             stop,
-            pace,
+            progress,
             untold: Vec::new(),
             told_at: now,
             unsaved: BTreeMap::new(),
@@ -291,10 +291,10 @@ impl<'a> Job<'a> {
     }
 
     /// Tracks all spans; false if it was stopped.
-    fn run(mut self, wish: Wish) -> Result<bool, Refusal> {
+    fn run(mut self, request: TrackRequest) -> Result<bool, Refusal> {
         let (job, target) = (self.id, self.target);
         self.clip.tell(&json!({ "type": "job", "state": "running", "job": job, "target": target }));
-        let result = self.track_all(wish);
+        let result = self.track_all(request);
         self.tell();
         // What was found before an error is kept, too.
         let kept = self.keep();
@@ -306,15 +306,15 @@ impl<'a> Job<'a> {
         kept.and(saved).map(|()| done)
     }
 
-    fn track_all(&mut self, wish: Wish) -> Result<bool, Refusal> {
+    fn track_all(&mut self, request: TrackRequest) -> Result<bool, Refusal> {
         // The project may have changed while the job waited.
         let (spans, before) = {
             let held = self.clip.hold();
             let target = held.store.project().target(self.target);
             let before = target.map(doubtful).unwrap_or_default();
-            (spans(&held, self.clip.frames, wish)?, before)
+            (spans(&held, self.clip.frames, request)?, before)
         };
-        self.pace.total = spans.iter().map(Span::steps).sum();
+        self.progress.total = spans.iter().map(Span::steps).sum();
         for span in spans {
             let engine = &self.clip.engine;
             let tracked = engine.track(span, &before, self);
@@ -334,7 +334,7 @@ impl<'a> Job<'a> {
     fn tell(&mut self) {
         self.told_at = Instant::now();
         if let Some(running) = self.clip.jobs.lock().running.as_mut() {
-            running.pace = self.pace;
+            running.progress = self.progress;
         }
         let boxes: Vec<Value> = self.untold.drain(..).map(row).collect();
         self.clip.tell(&json!({
@@ -342,10 +342,10 @@ impl<'a> Job<'a> {
             "job": self.id,
             "target": self.target,
             "boxes": boxes,
-            "fps": self.pace.speed(),
-            "left": self.pace.left(),
-            "done": self.pace.done,
-            "total": self.pace.total,
+            "fps": self.progress.speed(),
+            "left": self.progress.left(),
+            "done": self.progress.done,
+            "total": self.progress.total,
         }));
     }
 
@@ -380,8 +380,8 @@ impl Listener for Job<'_> {
         self.stop.load(Ordering::SeqCst)
     }
 
-    fn found(&mut self, frame: usize, tracked: Option<Tracked>) {
-        self.pace.done += 1;
+    fn found(&mut self, frame: usize, tracked: Option<TrackedBox>) {
+        self.progress.done += 1;
         if let Some(tracked) = tracked {
             self.untold.push((frame, tracked));
             self.unsaved.insert(frame, tracked);
@@ -397,7 +397,7 @@ impl Listener for Job<'_> {
 }
 
 /// Takes out the first entries that follow each other without a gap.
-fn first_run(boxes: &mut BTreeMap<usize, Tracked>) -> Option<BTreeMap<usize, Tracked>> {
+fn first_run(boxes: &mut BTreeMap<usize, TrackedBox>) -> Option<BTreeMap<usize, TrackedBox>> {
     let first = *boxes.keys().next()?;
     let end = (first..).find(|frame| !boxes.contains_key(frame))?;
     let rest = boxes.split_off(&end);
@@ -405,7 +405,7 @@ fn first_run(boxes: &mut BTreeMap<usize, Tracked>) -> Option<BTreeMap<usize, Tra
 }
 
 /// A box for the page: frame, x, y, w, h, score, status, visible share.
-fn row((frame, tracked): (usize, Tracked)) -> Value {
-    let Tracked { bbox, score, status, visible, .. } = tracked;
+fn row((frame, tracked): (usize, TrackedBox)) -> Value {
+    let TrackedBox { bbox, score, status, visible, .. } = tracked;
     json!([frame, bbox.x, bbox.y, bbox.w, bbox.h, score, status, visible])
 }

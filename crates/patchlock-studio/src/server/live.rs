@@ -14,7 +14,7 @@ use super::access::PROTOCOL;
 use super::answer::{PathParam, Refusal};
 use super::app::App;
 use super::clips::OpenClip;
-use super::pace::SENDING;
+use super::timeouts::SENDING;
 
 /// A window has nothing to say.
 const MESSAGE_BYTES: usize = 1 << 10;

@@ -13,7 +13,7 @@ use super::answer::{PathParam, QueryParams, Refusal, aside};
 use super::app::App;
 use super::clips::{OpenClip, no_target};
 use crate::engine::look::compare;
-use crate::project::{Target, Tracked};
+use crate::project::{Target, TrackedBox};
 
 /// Where to look.
 #[derive(Deserialize)]
@@ -72,7 +72,7 @@ fn picture(clip: &OpenClip, frame: usize) -> Result<Picture, Refusal> {
 fn answer(
     estimate: &Estimate,
     bbox: BoundingBox,
-    tracked: Option<Tracked>,
+    tracked: Option<TrackedBox>,
     key: usize,
     size: [usize; 2],
 ) -> Value {
@@ -110,14 +110,14 @@ fn outside(bbox: BoundingBox, [width, height]: [usize; 2]) -> f64 {
 
 /// Why the place is doubtful, the weightiest first.
 fn words(
-    tracked: Option<Tracked>,
+    tracked: Option<TrackedBox>,
     (visible, lost): (Option<f64>, bool),
     outside: f64,
     key: usize,
 ) -> Vec<String> {
     let percent = |share: f64| (100.0 * share).round();
     let mut words = Vec::new();
-    if let Some(Tracked { status, score, agreement, .. }) = tracked {
+    if let Some(TrackedBox { status, score, agreement, .. }) = tracked {
         match status {
             Status::Lost => words.push("lost, or out of the frame".to_owned()),
             Status::Uncertain => words.push(format!("uncertain: score {score:.2}")),

@@ -12,7 +12,6 @@ mod camera;
 mod clips;
 mod code;
 mod connections;
-mod doubts;
 mod error;
 mod files;
 mod frames;
@@ -21,7 +20,8 @@ mod jobs;
 mod live;
 mod look;
 mod options;
-mod pace;
+mod review;
+mod timeouts;
 mod token;
 mod video;
 pub mod window;
@@ -53,7 +53,7 @@ use code::OneTimeCode;
 pub use error::Error;
 pub use host::{AllowedHost, AllowedHosts, HostError};
 pub use options::{Options, ProjectLocation, STRANGERS};
-pub use pace::Patience;
+pub use timeouts::Timeouts;
 
 /// A server that listens, but does not answer yet.
 pub struct Server {
@@ -85,7 +85,7 @@ impl Server {
             code: OneTimeCode::default(),
             clips: Clips::new(settings.clone(), &options.folder()),
             settings,
-            patience: options.patience,
+            timeouts: options.timeouts,
             strangers: options.strangers,
             uploads: options.uploads.clone(),
             upload_bytes: options.upload_bytes,
@@ -115,7 +115,7 @@ impl Server {
     }
 
     /// An address for the arguments of a browser, which other users of the machine can read.
-    /// Instead of the token it holds a code: the first page that uses it within [`Patience::code`]
+    /// Instead of the token it holds a code: the first page that uses it within [`Timeouts::code`]
     /// gets the token.
     ///
     /// # Errors
@@ -148,8 +148,8 @@ impl Server {
         let routes = routes(Arc::clone(&self.app));
         let served = runtime.block_on(async {
             let listener = tokio::net::TcpListener::from_std(self.listener)?;
-            let App { strangers, patience, .. } = *self.app;
-            tokio::spawn(connections::accept(listener, routes, strangers, patience));
+            let App { strangers, timeouts, .. } = *self.app;
+            tokio::spawn(connections::accept(listener, routes, strangers, timeouts));
             while !stopped() {
                 tokio::time::sleep(Duration::from_millis(100)).await;
             }
@@ -217,7 +217,7 @@ fn routes(app: Arc<App>) -> Router {
         .route("/api/clips/{clip}/redo", post(clips::redo))
         .route("/api/clips/{clip}/track", post(clips::track))
         .route("/api/clips/{clip}/stop", post(clips::stop))
-        .route("/api/clips/{clip}/doubts", get(doubts::doubtful))
+        .route("/api/clips/{clip}/doubts", get(review::doubtful))
         .route("/api/clips/{clip}/look", get(look::look))
         .route("/api/clips/{clip}/events", get(live::events))
         .route("/api/clips/{clip}/import", post(files::import_boxes))

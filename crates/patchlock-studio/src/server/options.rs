@@ -8,7 +8,7 @@ use patchlock_media::Limits;
 
 use super::error::Error;
 use super::host::AllowedHosts;
-use super::pace::Patience;
+use super::timeouts::Timeouts;
 use super::token;
 use crate::project;
 
@@ -34,7 +34,7 @@ pub struct Options {
     /// What a video may claim.
     pub limits: Limits,
     /// How long to wait for a client.
-    pub patience: Patience,
+    pub timeouts: Timeouts,
     /// Most connections at once that have not shown the token. One more ends the oldest of them.
     pub strangers: usize,
     /// The folder for uploads and recordings, made when it is needed.

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use axum::extract::State;
 use axum::response::Response;
 use patchlock::{BoundingBox, Status};
-use patchlock_media::{Ahead, FrameRate, Mp4Writer, Picture};
+use patchlock_media::{FrameRate, Mp4Writer, Picture, Prefetcher};
 use serde_json::json;
 use tempfile::NamedTempFile;
 
@@ -129,7 +129,7 @@ fn encode(
     // What is reserved for the index must not follow what the project says of the video.
     let expected = total.min(source.length().unwrap_or(EXPECTED));
     let mut video = Mp4Writer::with_quantiser(file, width, height, rate, Some(expected), QUALITY)?;
-    let mut frames = Ahead::start(source, first..=last);
+    let mut frames = Prefetcher::start(source, first..=last);
     let mut told = Instant::now();
     while let Some((frame, picture)) = frames.next_unless(&stopped)? {
         if [picture.width, picture.height] != [clip.width, clip.height] {

@@ -21,7 +21,7 @@ use axum::response::{IntoResponse, Response};
 use axum::routing::{any, get, post};
 use axum::{Json, Router, middleware};
 use patchlock::BoundingBox;
-use patchlock_media::{Next, Picture};
+use patchlock_media::{NextFrame, Picture};
 use patchlock_track::start_box;
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -30,12 +30,12 @@ use tokio::sync::watch;
 
 use super::access::{self, Access};
 use super::answer::{BodyReader, PathParam, Refusal};
-use super::code::{self, CodeStatus, Exchange, OneTimeCode};
+use super::code::{self, CodeStatus, OneTimeCode, TokenRequest};
 use super::error::Error;
 use super::frames::jpeg;
 use super::host::AllowedHosts;
 use super::options::STRANGERS;
-use super::pace::{Patience, SENDING};
+use super::timeouts::{SENDING, Timeouts};
 use super::{connections, token};
 
 /// Largest message of a page: many boxes.
@@ -114,7 +114,7 @@ enum PageMessage {
     /// No box is drawn.
     Cancel,
     /// A target was drawn again while it is tracked.
-    Redraw(DrawnAgain),
+    Redraw(RestartRequest),
 }
 
 /// Boxes on the frame of this number: left, top, width, height.
@@ -128,15 +128,15 @@ struct DrawnBoxes {
 /// The box of a target on a frame that the page shows.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct DrawnAgain {
+struct RestartRequest {
     frame: usize,
     id: Option<u64>,
     #[serde(rename = "box")]
     bbox: [f64; 4],
 }
 
-/// What was heard of pages.
-enum Heard {
+/// What a page asks for.
+enum PageRequest {
     Answer(Answer),
     Newer,
     Nothing,
@@ -205,7 +205,7 @@ impl Window {
         let entered = runtime.enter();
         let listener = tokio::net::TcpListener::from_std(listener).map_err(start)?;
         drop(entered);
-        runtime.spawn(connections::accept(listener, routes, STRANGERS, Patience::default()));
+        runtime.spawn(connections::accept(listener, routes, STRANGERS, Timeouts::default()));
         Ok(Self { shared, runtime: Some(runtime) })
     }
 
@@ -262,7 +262,7 @@ impl Window {
     pub fn ask_live<E>(
         &self,
         shown: &mut (usize, Arc<Picture>),
-        newer: &mut dyn FnMut() -> Result<Next, E>,
+        newer: &mut dyn FnMut() -> Result<NextFrame, E>,
         stopped: &dyn Fn() -> bool,
     ) -> Result<Answer, E> {
         self.wait(shown, Some(newer), stopped)
@@ -271,26 +271,26 @@ impl Window {
     fn wait<E>(
         &self,
         shown: &mut (usize, Arc<Picture>),
-        mut newer: Option<&mut dyn FnMut() -> Result<Next, E>>,
+        mut newer: Option<&mut dyn FnMut() -> Result<NextFrame, E>>,
         stopped: &dyn Fn() -> bool,
     ) -> Result<Answer, E> {
         self.shared.pose(shown, newer.is_some());
         loop {
-            match self.shared.heard(stopped) {
-                Heard::Answer(answer) => return Ok(answer),
-                Heard::Nothing => continue,
-                Heard::Newer => {}
+            match self.shared.page_request(stopped) {
+                PageRequest::Answer(answer) => return Ok(answer),
+                PageRequest::Nothing => continue,
+                PageRequest::Newer => {}
             }
-            match newer.as_mut().map_or(Ok(Next::End), |newer| newer())? {
-                Next::Frame(number, picture) => {
+            match newer.as_mut().map_or(Ok(NextFrame::End), |newer| newer())? {
+                NextFrame::Frame(number, picture) => {
                     let next = (number, Arc::new(picture));
                     // Boxes may have been drawn on the other frame meanwhile.
                     if self.shared.pose(&next, true) {
                         *shown = next;
                     }
                 }
-                Next::NotYet => {}
-                Next::End => {
+                NextFrame::NotYet => {}
+                NextFrame::End => {
                     newer = None;
                     self.shared.pose(shown, false);
                 }
@@ -332,20 +332,20 @@ impl WindowState {
     }
 
     /// Waits shortly for what a page says.
-    fn heard(&self, stopped: &dyn Fn() -> bool) -> Heard {
+    fn page_request(&self, stopped: &dyn Fn() -> bool) -> PageRequest {
         let mut question = self.question();
         if question.answer.is_none() && !question.newer {
             let wait = self.answered.wait_timeout(question, LOOK);
             question = wait.unwrap_or_else(PoisonError::into_inner).0;
         }
         if let Some(answer) = question.answer.take() {
-            return Heard::Answer(answer);
+            return PageRequest::Answer(answer);
         }
         if stopped() {
             question.open = None;
-            return Heard::Answer(Answer::Stopped);
+            return PageRequest::Answer(Answer::Stopped);
         }
-        if question.newer { Heard::Newer } else { Heard::Nothing }
+        if question.newer { PageRequest::Newer } else { PageRequest::Nothing }
     }
 
     /// A page wants a newer frame.
@@ -400,8 +400,8 @@ impl WindowState {
     }
 
     /// Takes the new box of a target on one of the frames that a page shows; what the page is told.
-    fn redraw(&self, sent: &[Option<Arc<WindowFrame>>], drawn: DrawnAgain) -> Value {
-        let DrawnAgain { frame, id, bbox } = drawn;
+    fn redraw(&self, sent: &[Option<Arc<WindowFrame>>], drawn: RestartRequest) -> Value {
+        let RestartRequest { frame, id, bbox } = drawn;
         let Some(shown) = sent.iter().flatten().find(|shown| shown.number == frame) else {
             return json!({ "error": format!("frame {frame} is not shown any more") });
         };
@@ -454,10 +454,10 @@ async fn exchange(
     State(shared): State<Arc<WindowState>>,
     body: Body,
 ) -> Result<Json<Value>, Refusal> {
-    let patience = Patience::default();
-    let Exchange { code } =
-        BodyReader::new(body, code::REQUEST_BYTES, patience.body)?.json().await?;
-    match shared.code.take(&code, patience.code) {
+    let timeouts = Timeouts::default();
+    let TokenRequest { code } =
+        BodyReader::new(body, code::REQUEST_BYTES, timeouts.body)?.json().await?;
+    match shared.code.take(&code, timeouts.code) {
         CodeStatus::Valid => Ok(Json(json!({ "token": shared.access.token() }))),
         CodeStatus::Expired | CodeStatus::Unknown => {
             let message = "this address was used already, or opened too late";
@@ -568,8 +568,9 @@ mod tests {
         std::thread::scope(|scope| {
             let asking = scope.spawn(|| {
                 let mut shown = (0, Arc::new(grey(0)));
-                let mut left = vec![Next::End, Next::Frame(7, grey(7)), Next::NotYet];
-                let newer = &mut || Ok::<_, Infallible>(left.pop().unwrap_or(Next::End));
+                let mut left =
+                    vec![NextFrame::End, NextFrame::Frame(7, grey(7)), NextFrame::NotYet];
+                let newer = &mut || Ok::<_, Infallible>(left.pop().unwrap_or(NextFrame::End));
                 let Ok(answer) = window.ask_live(&mut shown, newer, &|| false);
                 (answer, shown)
             });
@@ -596,7 +597,7 @@ mod tests {
         };
         let sent = [shown(3, true), shown(4, false)];
         let redraw = |frame, id, x| {
-            let drawn = DrawnAgain { frame, id: Some(id), bbox: [x, 8.0, 20.0, 20.0] };
+            let drawn = RestartRequest { frame, id: Some(id), bbox: [x, 8.0, 20.0, 20.0] };
             window.shared.told(PageMessage::Redraw(drawn), &sent).unwrap()
         };
         assert_eq!(redraw(2, 1, 8.0)["error"], "frame 2 is not shown any more");

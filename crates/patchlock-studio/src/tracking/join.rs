@@ -2,8 +2,8 @@
 
 use patchlock::{BoundingBox, Status};
 
-use super::Found;
-use crate::project::Tracked;
+use super::FrameEstimate;
+use crate::project::TrackedBox;
 
 /// Boxes that overlap by at least this much are on the same target.
 const LEAST_OVERLAP: f64 = 0.3;
@@ -53,15 +53,15 @@ const LOST: f64 = 0.5;
 /// other one sees the target there: then it alone has an opinion, and there is no agreement.
 ///
 /// `before` is asked for each frame of the result, by its position. It answers what was known of a
-/// frame in which the target was not seen so far, as [`doubtful`](super::doubt::doubtful) does; then
+/// frame in which the target was not seen so far, as [`doubtful`](super::review::doubtful) does; then
 /// the frame becomes surer only if one of the tracks sees the target there.
 pub fn join(
     first: BoundingBox,
-    forward: &[Found],
-    backward: &[Found],
+    forward: &[FrameEstimate],
+    backward: &[FrameEstimate],
     last: BoundingBox,
-    before: impl Fn(usize) -> Option<Tracked>,
-) -> Vec<Tracked> {
+    before: impl Fn(usize) -> Option<TrackedBox>,
+) -> Vec<TrackedBox> {
     let span = forward.len().min(backward.len());
     if span == 0 {
         return Vec::new();
@@ -77,7 +77,7 @@ pub fn join(
     let seen_forward = seen(forward.iter());
     let mut seen_backward = seen(backward.iter().rev());
     seen_backward.reverse();
-    let join = |(at, (forward, backward)): (usize, (&Found, &Found))| {
+    let join = |(at, (forward, backward)): (usize, (&FrameEstimate, &FrameEstimate))| {
         let mut agreement = forward.bbox.overlap(&backward.bbox);
         let found = if at < switch { *forward } else { *backward };
         let bbox = if arrived && agreement >= LEAST_OVERLAP {
@@ -94,7 +94,7 @@ pub fn join(
             found.bbox
         };
         let tracks = [(forward, seen_forward[at]), (backward, seen_backward[at])];
-        judge(Found { bbox, ..found }, agreement, tracks, before(at))
+        judge(FrameEstimate { bbox, ..found }, agreement, tracks, before(at))
     };
     forward.iter().zip(&backward).enumerate().map(join).collect()
 }
@@ -102,23 +102,27 @@ pub fn join(
 /// What two tracks say of a box to which they lead, in a frame of which `before` was known if the
 /// target was not seen there.
 fn judge(
-    found: Found,
+    found: FrameEstimate,
     agreement: f64,
-    tracks: [(&Found, bool); 2],
-    before: Option<Tracked>,
-) -> Tracked {
-    let joined = Tracked { agreement: Some(agreement), ..found.into() };
+    tracks: [(&FrameEstimate, bool); 2],
+    before: Option<TrackedBox>,
+) -> TrackedBox {
+    let joined = TrackedBox { agreement: Some(agreement), ..found.into() };
     let is_lost = |status| status == Status::Lost;
     let lost = tracks.iter().filter(|(track, _)| is_lost(track.status)).count();
     let was_lost = before.is_some_and(|before| is_lost(before.status));
-    let sees = |(track, seen): &&(&Found, bool)| *seen && track.bbox.overlap(&found.bbox) >= AGREED;
+    let sees = |(track, seen): &&(&FrameEstimate, bool)| {
+        *seen && track.bbox.overlap(&found.bbox) >= AGREED
+    };
     match tracks.iter().find(sees) {
         None if lost > 0 || was_lost => {
             let most = if agreement < AGREED { agreement.min(LOST) } else { LOST };
             let score = tracks.iter().fold(most, |least, (track, _)| least.min(track.score));
-            return Tracked { score, status: Status::Lost, ..joined };
+            return TrackedBox { score, status: Status::Lost, ..joined };
         }
-        Some((alone, _)) if lost > 0 => return Found { bbox: found.bbox, ..**alone }.into(),
+        Some((alone, _)) if lost > 0 => {
+            return FrameEstimate { bbox: found.bbox, ..**alone }.into();
+        }
         Some(_) if agreement >= AGREED => return joined,
         _ => {}
     }
@@ -129,7 +133,9 @@ fn judge(
         before.map(|before| before.score.min(before.agreement.unwrap_or(1.0))),
     ];
     match limits.into_iter().flatten().reduce(f64::min) {
-        Some(most) => Tracked { score: found.score.min(most), status: Status::Uncertain, ..joined },
+        Some(most) => {
+            TrackedBox { score: found.score.min(most), status: Status::Uncertain, ..joined }
+        }
         None => joined,
     }
 }
@@ -146,8 +152,8 @@ struct Gap {
 impl Gap {
     /// The gap between the frames in which the forward track is sure from the first on, and those
     /// in which the backward track is sure up to the last.
-    fn between(forward: &[Found], backward: &[Found]) -> Option<Self> {
-        let is_unsure = |found: &Found| found.status == Status::Lost || found.score < SURE;
+    fn between(forward: &[FrameEstimate], backward: &[FrameEstimate]) -> Option<Self> {
+        let is_unsure = |found: &FrameEstimate| found.status == Status::Lost || found.score < SURE;
         let before = forward.iter().position(is_unsure)?.checked_sub(1)?;
         let after = backward.iter().rposition(is_unsure)? + 1;
         let before = (before, forward[before].bbox);
@@ -166,12 +172,12 @@ impl Gap {
 
 /// Whether a track sees the target, frame by frame from its key frame on: it is clearly visible, and
 /// has been since the key frame, or the tracker knows it for long.
-fn seen<'a>(track: impl Iterator<Item = &'a Found>) -> Vec<bool> {
-    let is_clear = |found: &Found| {
+fn seen<'a>(track: impl Iterator<Item = &'a FrameEstimate>) -> Vec<bool> {
+    let is_clear = |found: &FrameEstimate| {
         found.status == Status::Tracked && found.visible.is_none_or(|visible| visible >= CLEAR)
     };
     let mut always = true;
-    let seen = |(at, found): (usize, &Found)| {
+    let seen = |(at, found): (usize, &FrameEstimate)| {
         let is_clear = is_clear(found);
         always &= is_clear;
         is_clear && (always || at >= SETTLED)
@@ -180,9 +186,13 @@ fn seen<'a>(track: impl Iterator<Item = &'a Found>) -> Vec<bool> {
 }
 
 /// What was found, each box without a share of the drift.
-fn without(drift: Option<Drift>, found: &[Found], share: impl Fn(usize) -> f64) -> Vec<Found> {
+fn without(
+    drift: Option<Drift>,
+    found: &[FrameEstimate],
+    share: impl Fn(usize) -> f64,
+) -> Vec<FrameEstimate> {
     let frames = found.iter().enumerate();
-    let corrected = frames.map(|(at, found)| Found {
+    let corrected = frames.map(|(at, found)| FrameEstimate {
         bbox: drift.map_or(found.bbox, |drift| drift.undo(found.bbox, share(at))),
         ..*found
     });
@@ -230,7 +240,7 @@ pub fn between(from: BoundingBox, to: BoundingBox, share: f64) -> BoundingBox {
 
 /// The number of frames to take from the forward track, the rest being taken from the backward
 /// track: where the two are sure on their sides, and agree.
-fn best_switch(forward: &[Found], backward: &[Found]) -> usize {
+fn best_switch(forward: &[FrameEstimate], backward: &[FrameEstimate]) -> usize {
     let total: f64 = backward.iter().map(|found| found.score).sum();
     let mut best = (f64::NEG_INFINITY, 0);
     let (mut before, mut after) = (0.0, total);
@@ -260,11 +270,11 @@ mod tests {
         BoundingBox { x, y: 50.0, w, h: 20.0 }
     }
 
-    fn found(bbox: BoundingBox, score: f64) -> Found {
-        Found { bbox, score, status: Status::Tracked, visible: None }
+    fn found(bbox: BoundingBox, score: f64) -> FrameEstimate {
+        FrameEstimate { bbox, score, status: Status::Tracked, visible: None }
     }
 
-    fn assert_near(joined: &[Tracked], truth: impl Fn(usize) -> BoundingBox) {
+    fn assert_near(joined: &[TrackedBox], truth: impl Fn(usize) -> BoundingBox) {
         for (k, tracked) in joined.iter().enumerate() {
             let overlap = tracked.bbox.overlap(&truth(k + 1));
             assert!(overlap > 0.999, "frame {}: {:?}, overlap {overlap}", k + 1, tracked.bbox);
@@ -336,9 +346,13 @@ mod tests {
         use Status::{Lost, Tracked as Sure, Uncertain};
         let truth = |_| at(50.0, 20.0);
         let (here, near, away) = (at(50.0, 20.0), at(52.0, 20.0), at(90.0, 20.0));
-        let one =
-            |bbox, score, status, visible| Found { bbox, score, status, visible: Some(visible) };
-        let was = |score, status| Some(Tracked::from(one(here, score, status, 0.1)));
+        let one = |bbox, score, status, visible| FrameEstimate {
+            bbox,
+            score,
+            status,
+            visible: Some(visible),
+        };
+        let was = |score, status| Some(TrackedBox::from(one(here, score, status, 0.1)));
         let cases = [
             // What both have lost stays lost, and so does what one has lost and the other not seen.
             ((here, 0.4, Lost, 0.1), (near, 0.3, Lost, 0.1), None, (0.3, Lost)),
@@ -366,7 +380,7 @@ mod tests {
             let (ahead, mut back) = (sides(forward), sides(backward));
             back.rotate_left(20);
             let joined = join(truth(0), &ahead, &back, truth(21), |at| before.filter(|_| at == 10));
-            let Tracked { score, status, .. } = joined[10];
+            let TrackedBox { score, status, .. } = joined[10];
             assert!((score - expected.0).abs() < 0.01 && status == expected.1, "{:?}", joined[10]);
         }
     }

@@ -1,19 +1,19 @@
 //! From key frames to boxes on every frame: one span between neighbouring key frames at a time,
-//! tracked from both sides and [joined](join::join) where the two agree best. [`doubt::doubts`]
+//! tracked from both sides and [joined](join::join) where the two agree best. [`review::suggestions`]
 //! says which frames to look at next.
 //!
-//! Nothing here opens files or runs a tracker: the caller does, and hands over what was [`Found`].
+//! Nothing here opens files or runs a tracker: the caller does, and hands over what was [`FrameEstimate`].
 
-pub mod doubt;
 pub mod join;
+pub mod review;
 
 use patchlock::{BoundingBox, Estimate, Status};
 
-use crate::project::Tracked;
+use crate::project::TrackedBox;
 
 /// Where a tracker found the target in a frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Found {
+pub struct FrameEstimate {
     /// The box.
     pub bbox: BoundingBox,
     /// How sure the tracker is, 0 to 1.
@@ -24,7 +24,7 @@ pub struct Found {
     pub visible: Option<f64>,
 }
 
-impl From<&Estimate> for Found {
+impl From<&Estimate> for FrameEstimate {
     fn from(estimate: &Estimate) -> Self {
         Self {
             bbox: estimate.bbox,
@@ -35,9 +35,9 @@ impl From<&Estimate> for Found {
     }
 }
 
-impl From<Found> for Tracked {
-    fn from(found: Found) -> Self {
-        let Found { bbox, score, status, visible } = found;
+impl From<FrameEstimate> for TrackedBox {
+    fn from(found: FrameEstimate) -> Self {
+        let FrameEstimate { bbox, score, status, visible } = found;
         Self { bbox, score, status, visible, agreement: None }
     }
 }

@@ -4,11 +4,13 @@ use std::fs;
 
 use patchlock_studio::export::{Format, Options, write};
 use patchlock_studio::import;
-use patchlock_studio::project::{Attribute, Edit, Error, Label, Project, Shared, Store, limits};
+use patchlock_studio::project::{
+    Attribute, Edit, Error, Label, Project, SharedLabels, Store, limits,
+};
 use patchlock_track::export::KeyFrames;
 use serde_json::{Value, json};
 
-use crate::support::{FRAMES, Place, add, bbox};
+use crate::support::{FRAMES, TestFolder, add, bbox};
 
 fn attribute(text: Value) -> Attribute {
     serde_json::from_value(text).unwrap()
@@ -42,7 +44,7 @@ fn set(target: u64, name: &str, frame: Option<usize>, value: Option<&str>) -> Ed
 }
 
 /// Two targets with key frames in frames 0 to 9, and 2 to 9.
-fn store(place: &Place) -> Store {
+fn store(place: &TestFolder) -> Store {
     let mut store = place.store();
     store.apply(vec![declare(schema()), add(0), add(2)]).unwrap();
     for target in 1..=2 {
@@ -70,7 +72,7 @@ fn stretches(first: &str, changes: &[(usize, &str)]) -> Vec<String> {
 
 #[test]
 fn a_value_holds_from_its_frame_to_the_next_change() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let mut store = store(&place);
     assert_eq!(values(store.project(), 1, "doors"), stretches("4", &[]));
     let begun = store.project().clone();
@@ -103,7 +105,7 @@ fn a_value_holds_from_its_frame_to_the_next_change() {
 
 #[test]
 fn a_value_that_is_not_allowed_says_what_is() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let mut store = store(&place);
     let before = store.project().clone();
     let long = "x".repeat(9);
@@ -142,7 +144,7 @@ fn a_value_that_is_not_allowed_says_what_is() {
 
 #[test]
 fn values_stay_when_the_label_changes_and_do_not_count_where_it_does_not_allow_them() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let mut store = store(&place);
     store
         .apply(vec![
@@ -170,7 +172,7 @@ fn values_stay_when_the_label_changes_and_do_not_count_where_it_does_not_allow_t
 
 #[test]
 fn both_parts_of_a_split_target_keep_their_values_and_so_does_what_is_joined() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let mut store = store(&place);
     store
         .apply(vec![
@@ -200,7 +202,7 @@ fn both_parts_of_a_split_target_keep_their_values_and_so_does_what_is_joined() {
 
 #[test]
 fn files_have_the_oldest_version_that_knows_all_of_them() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let mut store = place.store();
     let version = |store: &mut Store| {
         store.save().unwrap();
@@ -234,7 +236,7 @@ fn set_nothing() -> Edit {
 
 #[test]
 fn a_file_with_wrong_attributes_says_what_is_wrong() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let mut store = store(&place);
     store.apply(vec![set(1, "doors", Some(3), Some("5"))]).unwrap();
     store.save().unwrap();
@@ -266,7 +268,7 @@ fn a_file_with_wrong_attributes_says_what_is_wrong() {
     }
 }
 
-fn exported(place: &Place, project: &Project, name: &str, key_frames: usize) -> String {
+fn exported(place: &TestFolder, project: &Project, name: &str, key_frames: usize) -> String {
     let out = place.folder().join(format!("out.{name}"));
     let options = Options {
         key_frames: KeyFrames::Every(key_frames),
@@ -277,7 +279,7 @@ fn exported(place: &Place, project: &Project, name: &str, key_frames: usize) -> 
 }
 
 /// A target whose attributes change, and one with the defaults.
-fn filled(place: &Place) -> Store {
+fn filled(place: &TestFolder) -> Store {
     let mut store = store(place);
     store
         .apply(vec![
@@ -303,7 +305,7 @@ fn all_values(project: &Project) -> Vec<Vec<String>> {
 
 #[test]
 fn attributes_of_cvat_come_back_with_their_declarations() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let store = filled(&place);
     let text = exported(&place, store.project(), "cvat", 1);
     let mut other =
@@ -326,7 +328,7 @@ fn attributes_of_cvat_come_back_with_their_declarations() {
 
 #[test]
 fn a_label_keeps_what_it_declares_and_refuses_imported_values_that_it_does_not_allow() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let store = filled(&place);
     let text = exported(&place, store.project(), "cvat", 1);
     let mut other =
@@ -342,7 +344,7 @@ fn a_label_keeps_what_it_declares_and_refuses_imported_values_that_it_does_not_a
 
 #[test]
 fn definitions_of_cvat_that_a_project_cannot_have_are_texts() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let text = r#"<annotations><meta><job><labels><label><name>car</name><attributes>
         <attribute><name>a</name><mutable>False</mutable><input_type>select</input_type>
           <default_value>x</default_value><values>y&#10;z</values></attribute>
@@ -376,9 +378,9 @@ fn definitions_of_cvat_that_a_project_cannot_have_are_texts() {
 
 #[test]
 fn a_change_of_an_attribute_is_a_key_frame_of_cvat() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let mut store = place.store();
-    let tracked = |frame: usize| patchlock_studio::project::Tracked {
+    let tracked = |frame: usize| patchlock_studio::project::TrackedBox {
         bbox: bbox(10.0 + frame as f64, 10.0, 8.0, 6.0),
         score: 0.9,
         status: patchlock::Status::Tracked,
@@ -403,7 +405,7 @@ fn a_change_of_an_attribute_is_a_key_frame_of_cvat() {
 
 #[test]
 fn coco_and_tables_have_the_values_of_each_frame() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let store = filled(&place);
     let coco: Value = serde_json::from_str(&exported(&place, store.project(), "coco", 1)).unwrap();
     let annotations = coco["annotations"].as_array().unwrap();
@@ -434,8 +436,8 @@ fn coco_and_tables_have_the_values_of_each_frame() {
 
 #[test]
 fn attributes_are_those_of_all_clips() {
-    let place = Place::new();
-    let mut shared = Shared::new(place.folder());
+    let place = TestFolder::new();
+    let mut shared = SharedLabels::new(place.folder());
     let store = store(&place);
     shared.update(|labels| labels.absorb(store.project())).unwrap();
     assert_eq!(shared.read().unwrap().labels(), store.project().labels);

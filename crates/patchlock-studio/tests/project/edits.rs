@@ -2,16 +2,16 @@
 
 use std::collections::BTreeMap;
 
-use crate::support::{FRAMES, Place, add, bbox};
+use crate::support::{FRAMES, TestFolder, add, bbox};
 use patchlock::Status;
 use patchlock_studio::project::{
     Attribute, Edit, Frames, Key, Kind, Label, MAX_BOXES, MAX_STEPS, Project, Store, Target,
-    Tracked,
+    TrackedBox,
 };
 use proptest::prelude::*;
 
-fn tracked(x: f64, status: Status) -> Tracked {
-    Tracked {
+fn tracked(x: f64, status: Status) -> TrackedBox {
+    TrackedBox {
         bbox: bbox(x, 5.0, 10.0, 8.0),
         score: 0.5,
         status,
@@ -39,7 +39,7 @@ fn only(store: &Store) -> &Target {
 
 #[test]
 fn a_person_outweighs_the_tracker() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let mut store = place.store();
     store.apply(vec![add(2), Edit::Hide { target: 1, from: 6, to: 8 }]).unwrap();
     store.apply(vec![track(1, 0, 11, Status::Tracked)]).unwrap();
@@ -65,7 +65,7 @@ fn a_person_outweighs_the_tracker() {
 
 #[test]
 fn tracked_boxes_are_rounded_and_keys_are_not() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let mut store = place.store();
     let mut entry = tracked(1.23456, Status::Tracked);
     (entry.score, entry.visible, entry.agreement) = (0.123_456, Some(0.666_66), Some(1.0));
@@ -81,7 +81,7 @@ fn tracked_boxes_are_rounded_and_keys_are_not() {
 
 #[test]
 fn targets_are_split_and_joined() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let mut store = place.store();
     let colour = BTreeMap::from([("colour".to_owned(), "red".to_owned())]);
     store
@@ -116,7 +116,7 @@ fn targets_are_split_and_joined() {
 
 #[test]
 fn where_one_was_lost_or_hidden_the_boxes_of_the_other_count() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let mut store = place.store();
     store
         .apply(vec![
@@ -141,7 +141,7 @@ fn where_one_was_lost_or_hidden_the_boxes_of_the_other_count() {
 
 #[test]
 fn labels_are_added_renamed_and_removed() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let mut store = place.store();
     let new = |name: &str| Edit::AddLabel { name: name.into(), colour: None, at: None };
     store.apply(vec![add(0), new("car"), new("<b>"), new("Fußgänger")]).unwrap();
@@ -178,7 +178,7 @@ fn labels_are_added_renamed_and_removed() {
 
 #[test]
 fn edits_that_are_impossible_are_refused() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let mut store = place.store();
     store.apply(vec![add(0)]).unwrap();
     let key =
@@ -211,9 +211,9 @@ fn edits_that_are_impossible_are_refused() {
         (Edit::Hide { target: 1, from: 5, to: 4 }, "begins with 5 and ends before it, with 4"),
         (Edit::Hide { target: 1, from: 5, to: 12 }, "frame 12 is not in the video"),
         (Edit::DeleteTarget { target: 0 }, "there is no target 0"),
-        (one(Tracked { score: 1.1, ..good }), "frame 3: score is 1.1; allowed: 0 to 1"),
-        (one(Tracked { visible: Some(f64::NAN), ..good }), "visible is NaN"),
-        (one(Tracked { bbox: bbox(1e9, 0.0, 5.0, 5.0), ..good }), "x and y at most 1000000"),
+        (one(TrackedBox { score: 1.1, ..good }), "frame 3: score is 1.1; allowed: 0 to 1"),
+        (one(TrackedBox { visible: Some(f64::NAN), ..good }), "visible is NaN"),
+        (one(TrackedBox { bbox: bbox(1e9, 0.0, 5.0, 5.0), ..good }), "x and y at most 1000000"),
         (track(1, 4, 12, Status::Lost), "frame 12 is not in the video"),
         (set(wrong_part), "not apart from those before"),
         (set(both), "frame 4 is hidden and has a box"),
@@ -240,7 +240,7 @@ fn edits_that_are_impossible_are_refused() {
 
 #[test]
 fn several_edits_are_applied_all_or_none_and_undone_together() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let mut store = place.store();
     let before = store.project().clone();
     let error = store.apply(vec![add(0), add(1), add(99)]).unwrap_err().to_string();
@@ -260,7 +260,7 @@ fn several_edits_are_applied_all_or_none_and_undone_together() {
 
 #[test]
 fn pieces_of_one_job_are_undone_together() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let mut store = place.store();
     let before = store.apply(vec![add(0)]).unwrap();
     let kept = store.project().clone();
@@ -291,7 +291,7 @@ fn pieces_of_one_job_are_undone_together() {
 
 #[test]
 fn undo_says_how_many_frames_it_changes() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let mut store = place.store();
     store.apply(vec![add(4)]).unwrap();
     // The frame of the key stays as it is.
@@ -314,7 +314,7 @@ fn undo_says_how_many_frames_it_changes() {
 
 #[test]
 fn the_history_is_bounded() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let mut store = place.store();
     for _ in 0..MAX_STEPS + 5 {
         store.apply(vec![add(0)]).unwrap();
@@ -328,7 +328,7 @@ fn the_history_is_bounded() {
 
 #[test]
 fn the_history_holds_a_bounded_number_of_boxes() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let frames = 100_000;
     let mut store = place.store_of(frames);
     store.apply(vec![add(0)]).unwrap();
@@ -345,7 +345,7 @@ fn the_history_holds_a_bounded_number_of_boxes() {
 
 #[test]
 fn imported_targets_get_new_ids_and_their_labels() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let mut store = place.store();
     store.apply(vec![add(0)]).unwrap();
     let target = store.project().targets[0].clone();
@@ -390,7 +390,7 @@ fn edits_are_json() {
         r##"{"edit":"import","targets":[{"id":1,"label":"car","attributes":{},"keys":{"0":{"box":{"x":1,
             "y":2,"w":3,"h":4},"truncated":true}},"tracked":{},"hidden":[]}]}"##,
     ];
-    let place = Place::new();
+    let place = TestFolder::new();
     let mut store = place.store();
     let edits = texts.map(|text| serde_json::from_str::<Edit>(text).expect(text));
     for edit in &edits {
@@ -497,7 +497,7 @@ proptest! {
         steps in prop::collection::vec(prop::collection::vec(any_edit(), 1..3), 1..40),
         saves in any::<u8>(),
     ) {
-        let place = Place::new();
+        let place = TestFolder::new();
         let mut store = place.store();
         let mut states = vec![store.project().clone()];
         let labels = ["car", "bus"].map(|name| Edit::AddLabel {

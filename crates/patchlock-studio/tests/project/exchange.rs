@@ -5,10 +5,10 @@ use std::fs;
 use patchlock::{BoundingBox, Status};
 use patchlock_studio::export::{Format, Options, write};
 use patchlock_studio::import;
-use patchlock_studio::project::{Edit, Project, Store, Target, Tracked};
+use patchlock_studio::project::{Edit, Project, Store, Target, TrackedBox};
 use patchlock_track::export::{self, Selection};
 
-use crate::support::{FRAMES, Place, add, bbox};
+use crate::support::{FRAMES, TestFolder, add, bbox};
 
 /// The export format of this name.
 fn format_named(name: &str) -> export::Format {
@@ -16,9 +16,9 @@ fn format_named(name: &str) -> export::Format {
 }
 
 /// Two targets: keys, tracked boxes, a lost one, hidden stretches, labels and attributes.
-pub fn filled(place: &Place) -> Store {
+pub fn filled(place: &TestFolder) -> Store {
     let mut store = place.store();
-    let tracked = |frame: usize, status| Tracked {
+    let tracked = |frame: usize, status| TrackedBox {
         bbox: bbox(10.125 + frame as f64, 9.5, 8.0, 6.25),
         score: 0.5 + frame as f64 / 100.0,
         status,
@@ -59,7 +59,7 @@ pub fn filled(place: &Place) -> Store {
     store
 }
 
-fn exported(place: &Place, project: &Project, format: Format) -> Vec<u8> {
+fn exported(place: &TestFolder, project: &Project, format: Format) -> Vec<u8> {
     let out = place.folder().join(format!("out-{}", format.name()));
     let mut options = Options { frames: true, ..Options::new(format, "clip") };
     if format.name() == "coco" {
@@ -92,7 +92,7 @@ fn same_boxes(a: &Target, b: &Target) {
 
 #[test]
 fn what_is_exported_can_be_imported() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let store = filled(&place);
     let before = &store.project().targets;
     let with_tracks = import::Format::ALL.into_iter().filter(|format| !format.has_files());
@@ -135,7 +135,7 @@ fn what_is_exported_can_be_imported() {
 /// Target 1 is not seen from frame 6 on, target 2 is in the last frame of the clip.
 #[test]
 fn tools_that_interpolate_know_where_a_target_and_the_clip_end() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let store = filled(&place);
     let text = |format| {
         String::from_utf8(exported(&place, store.project(), Format::Other(format))).unwrap()
@@ -160,7 +160,7 @@ fn tools_that_interpolate_know_where_a_target_and_the_clip_end() {
 #[test]
 fn a_label_is_no_formula_in_a_table_and_comes_back() {
     for label in ["=HYPERLINK(\"x\")", "+1 car", "-2", "@SUM(A1)", "'=1", "'s", "a, b"] {
-        let place = Place::new();
+        let place = TestFolder::new();
         let mut store = place.store();
         let add = Edit::AddTarget { label: label.into(), frame: 0, bbox: bbox(1.0, 2.0, 9.0, 9.0) };
         let name = Edit::AddLabel { name: label.into(), colour: None, at: None };
@@ -176,7 +176,7 @@ fn a_label_is_no_formula_in_a_table_and_comes_back() {
 
 #[test]
 fn every_format_has_the_labels() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let mut store = filled(&place);
     let all = Format::all().filter(|format| !format.is_file());
     for format in all {
@@ -229,7 +229,7 @@ fn every_format_has_the_labels() {
 
 #[test]
 fn a_project_without_boxes_is_not_exported() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let store = place.store();
     for format in Format::all() {
         let options = Options::new(format, "clip");
@@ -244,7 +244,7 @@ fn a_project_without_boxes_is_not_exported() {
 
 #[test]
 fn a_table_of_the_tracker_is_read() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let store = place.store();
     let csv = "frame,x,y,w,h,score,visible_large,status,frame_w,frame_h,time\n\
         0,10,10,8,6,1,,tracked,64,48,0\n1,11,10,8,6,1,,tracked,64,48,0.1\n\
@@ -265,7 +265,7 @@ fn a_table_of_the_tracker_is_read() {
 
 #[test]
 fn files_of_others_are_read() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let store = place.store();
     // Ground truth: class and visible share; a person has drawn the boxes. Detections: no target.
     let mot = "1,4,11,11,8,6,1,3,0.5\n2,4,12,11,8,6,0,3,1\n";
@@ -307,7 +307,7 @@ fn files_of_others_are_read() {
 
 #[test]
 fn files_that_are_wrong_are_refused_with_their_place() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let store = place.store();
     let cvat = |inside: &str| {
         format!("<annotations>\n<track id=\"1\" label=\"a\">\n{inside}</track></annotations>")
@@ -431,7 +431,7 @@ fn files_that_are_wrong_are_refused_with_their_place() {
 /// The file of the project has a few hundred bytes.
 #[test]
 fn a_project_that_hides_a_target_in_millions_of_frames_is_not_exported() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let mut store = place.store_of(100_000_000);
     store.apply(vec![add(0), Edit::Hide { target: 1, from: 1, to: 99_999_999 }]).unwrap();
     for format in Format::all() {
@@ -447,7 +447,7 @@ fn a_project_that_hides_a_target_in_millions_of_frames_is_not_exported() {
 /// Takes minutes if the lines before each box are counted.
 #[test]
 fn a_long_file_of_cvat_is_read_in_a_time_that_follows_its_length() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let store = place.store_of(1_000_000);
     let shape = |frame: usize| {
         let outside = frame % 2;
@@ -468,7 +468,7 @@ fn a_long_file_of_cvat_is_read_in_a_time_that_follows_its_length() {
 /// others; and rows that come backwards.
 #[test]
 fn an_import_takes_a_time_that_follows_its_length() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let store = place.store_of(1_000_000);
     let begun = std::time::Instant::now();
     let read = |format, text: &str| import::read(format, text.as_bytes(), store.project(), &[]);
@@ -497,7 +497,7 @@ fn an_import_takes_a_time_that_follows_its_length() {
 /// What `patchlock track` has found is written with the rotation, and read as the boxes around it.
 #[test]
 fn rotated_boxes_of_cvat_are_read_as_the_upright_boxes_around_them() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let store = place.store();
     let entry = |frame: usize| {
         let turn = (20.0 * frame as f64).to_radians();
@@ -513,7 +513,7 @@ fn rotated_boxes_of_cvat_are_read_as_the_upright_boxes_around_them() {
             score: None,
             corners: Some(corners),
             status: Some(Status::Tracked),
-            said: None,
+            manual: None,
         }
     };
     let entries: Vec<export::Entry> = (0..FRAMES).map(entry).collect();

@@ -3,17 +3,17 @@
 use std::collections::BTreeMap;
 
 use patchlock::{BoundingBox, Status};
-use patchlock_studio::project::{Edit, Project, Store, Tracked};
+use patchlock_studio::project::{Edit, Project, Store, TrackedBox};
 use proptest::prelude::*;
 
-use crate::support::{FRAMES, Place};
+use crate::support::{FRAMES, TestFolder};
 
 const BOX: BoundingBox = BoundingBox { x: 1.0, y: 1.0, w: 5.0, h: 5.0 };
 const TARGETS: u64 = 3;
 
 /// What a person does, or a piece of what a job has found.
 #[derive(Debug, Clone, Copy)]
-enum Act {
+enum Action {
     Key {
         target: u64,
         frame: usize,
@@ -51,29 +51,29 @@ enum Act {
     Restart,
 }
 
-fn acts() -> impl Strategy<Value = Vec<Act>> {
+fn acts() -> impl Strategy<Value = Vec<Action>> {
     let target = || 1..=TARGETS;
     let frame = || 0..FRAMES;
     let x = 0u8..20;
     let act = prop_oneof![
         4 => (target(), frame(), x.clone())
-            .prop_map(|(target, frame, x)| Act::Key { target, frame, x }),
+            .prop_map(|(target, frame, x)| Action::Key { target, frame, x }),
         1 => (target(), frame(), frame())
-            .prop_map(|(target, a, b)| Act::Hide { target, from: a.min(b), to: a.max(b) }),
-        2 => (target(), x.clone()).prop_map(|(target, value)| Act::Attribute { target, value }),
-        1 => Just(Act::Done),
-        1 => target().prop_map(|target| Act::Delete { target }),
-        4 => (target(), any::<bool>()).prop_map(|(target, follows)| Act::Track { target, follows }),
-        8 => (target(), frame(), frame(), x).prop_map(|(target, a, b, x)| Act::Piece {
+            .prop_map(|(target, a, b)| Action::Hide { target, from: a.min(b), to: a.max(b) }),
+        2 => (target(), x.clone()).prop_map(|(target, value)| Action::Attribute { target, value }),
+        1 => Just(Action::Done),
+        1 => target().prop_map(|target| Action::Delete { target }),
+        4 => (target(), any::<bool>()).prop_map(|(target, follows)| Action::Track { target, follows }),
+        8 => (target(), frame(), frame(), x).prop_map(|(target, a, b, x)| Action::Piece {
             target,
             from: a.min(b),
             to: a.max(b),
             x
         }),
-        2 => target().prop_map(|target| Act::End { target }),
-        5 => Just(Act::Undo),
-        3 => Just(Act::Redo),
-        1 => Just(Act::Restart),
+        2 => target().prop_map(|target| Action::End { target }),
+        5 => Just(Action::Undo),
+        3 => Just(Action::Redo),
+        1 => Just(Action::Restart),
     ];
     prop::collection::vec(act, 1..60)
 }
@@ -129,20 +129,20 @@ fn set_key(target: u64, frame: usize, x: u8) -> Edit {
 fn tracked(target: u64, from: usize, to: usize, x: u8) -> Edit {
     let bbox = BoundingBox { x: f64::from(x), ..BOX };
     let status = Status::Uncertain;
-    let tracked = Tracked { bbox, score: 0.75, status, visible: Some(0.5), agreement: None };
+    let tracked = TrackedBox { bbox, score: 0.75, status, visible: Some(0.5), agreement: None };
     let tracked = (from..=to).map(|frame| (frame, tracked)).collect();
     Edit::SetTracked { target, from, to, tracked }
 }
 
 /// The store and the model, driven by the same acts as the server drives the store: a change of a
 /// target's frames ends its job, and so does taking back the step of the job.
-struct Course<'a> {
-    place: &'a Place,
+struct HistoryTest<'a> {
+    place: &'a TestFolder,
     store: Store,
     model: Model,
 }
 
-impl Course<'_> {
+impl HistoryTest<'_> {
     fn change(&mut self, edit: Edit) {
         let shapes = edit.shapes();
         for target in &shapes {
@@ -223,40 +223,42 @@ impl Course<'_> {
         Self { place, store: open(place), model }
     }
 
-    fn act(mut self, act: Act) -> Self {
+    fn act(mut self, act: Action) -> Self {
         let has = |target| self.model.has(target);
         match act {
-            Act::Key { target, frame, x } if has(target) => self.change(set_key(target, frame, x)),
-            Act::Hide { target, from, to } if has(target) => {
+            Action::Key { target, frame, x } if has(target) => {
+                self.change(set_key(target, frame, x))
+            }
+            Action::Hide { target, from, to } if has(target) => {
                 self.change(Edit::Hide { target, from, to });
             }
-            Act::Attribute { target, value } if has(target) => {
+            Action::Attribute { target, value } if has(target) => {
                 let attributes = Some([("a".to_owned(), value.to_string())].into());
                 self.change(Edit::SetTarget { target, label: None, attributes });
             }
-            Act::Done => self.change(Edit::SetDone { done: !self.model.project().done }),
-            Act::Delete { target } if has(target) => self.change(Edit::DeleteTarget { target }),
-            Act::Track { target, follows } if has(target) => self.begin(target, follows),
-            Act::Piece { target, from, to, x } if has(target) => {
+            Action::Done => self.change(Edit::SetDone { done: !self.model.project().done }),
+            Action::Delete { target } if has(target) => self.change(Edit::DeleteTarget { target }),
+            Action::Track { target, follows } if has(target) => self.begin(target, follows),
+            Action::Piece { target, from, to, x } if has(target) => {
                 self.piece(target, tracked(target, from, to, x));
             }
-            Act::End { target } => self.end(target),
-            Act::Undo => self.undo(),
-            Act::Redo => self.redo(),
-            Act::Restart => return self.restart(),
+            Action::End { target } => self.end(target),
+            Action::Undo => self.undo(),
+            Action::Redo => self.redo(),
+            Action::Restart => return self.restart(),
             _ => {}
         }
         self
     }
 }
 
-fn open(place: &Place) -> Store {
+fn open(place: &TestFolder) -> Store {
     let mut store = Store::open(&place.file(), Some(&place.video())).unwrap();
     store.keep_history().unwrap();
     store
 }
 
-fn begin(place: &Place) -> Store {
+fn begin(place: &TestFolder) -> Store {
     let mut store = place.store();
     for frame in 0..TARGETS as usize {
         store.apply(vec![Edit::AddTarget { label: "target".into(), frame, bbox: BOX }]).unwrap();
@@ -273,7 +275,7 @@ proptest! {
     /// meanwhile: other changes, undo and redo at any moment, the end of the program.
     #[test]
     fn undo_and_redo_are_those_of_a_plain_model(acts in acts()) {
-        let place = Place::new();
+        let place = TestFolder::new();
         let store = begin(&place);
         let model = Model {
             first: store.project().clone(),
@@ -281,10 +283,10 @@ proptest! {
             undone: Vec::new(),
             jobs: BTreeMap::new(),
         };
-        let mut course = Course { place: &place, store, model };
+        let mut course = HistoryTest { place: &place, store, model };
         for act in acts {
             course = course.act(act);
-            let Course { store, model, .. } = &course;
+            let HistoryTest { store, model, .. } = &course;
             prop_assert_eq!(content(store.project()), content(&model.project()), "after {:?}", act);
             prop_assert_eq!(store.step(false), model.done.last().map(|step| step.id));
             prop_assert_eq!(store.step(true), model.undone.last().map(|step| step.id));
@@ -298,7 +300,7 @@ proptest! {
 
 #[test]
 fn a_step_says_what_was_done_and_what_was_tracked_since() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let mut store = begin(&place);
     let key = store.apply(vec![set_key(1, 4, 9)]).unwrap();
     assert_eq!(store.begin_tracking(1, Some(key)), key);
@@ -327,7 +329,7 @@ fn a_step_says_what_was_done_and_what_was_tracked_since() {
 
 #[test]
 fn the_history_survives_a_restart_but_not_a_change_by_others() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let mut store = begin(&place);
     let before = content(store.project());
     store.apply(vec![set_key(1, 4, 9)]).unwrap();
@@ -359,7 +361,7 @@ fn the_history_survives_a_restart_but_not_a_change_by_others() {
 
 #[test]
 fn a_history_that_is_none_is_not_used() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let mut store = begin(&place);
     store.apply(vec![set_key(1, 4, 9)]).unwrap();
     store.save().unwrap();

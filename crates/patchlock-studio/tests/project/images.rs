@@ -7,7 +7,7 @@ use patchlock_studio::import;
 use patchlock_studio::project::Target;
 
 use crate::exchange::filled;
-use crate::support::{FRAMES, Place, bbox};
+use crate::support::{FRAMES, TestFolder, bbox};
 
 /// The text of a COCO file with a box in each of these images; the width of the box is the place of
 /// the image, from 1.
@@ -46,7 +46,7 @@ fn frames_by_width(targets: &[Target]) -> Vec<usize> {
 
 #[test]
 fn boxes_are_put_on_the_image_with_their_name() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let store = place.store();
     // Frames 0, 1, 2 and so on, with gaps in their numbers, and one name that two have.
     let images: Vec<String> =
@@ -93,7 +93,7 @@ fn boxes_are_put_on_the_image_with_their_name() {
 
 #[test]
 fn images_of_a_video_are_matched_by_numbers_from_the_lowest() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let store = place.store();
     let read = |format, text: &str| import::read(format, text.as_bytes(), store.project(), &[]);
     let names = ["frame_0007.jpg", "clip/frame_0005.jpg", "frame_0010_jpg.rf.123abc.jpg"];
@@ -135,7 +135,7 @@ fn files_below(folder: &std::path::Path) -> Vec<import::File> {
 /// The boxes of the project that a detector is trained with, by label and frame.
 #[test]
 fn data_sets_of_detectors_are_read_back() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let store = filled(&place);
     let images = import::names_of(&place.video());
     assert_eq!(images[3], "0003.bmp");
@@ -177,7 +177,7 @@ fn data_sets_of_detectors_are_read_back() {
 
 #[test]
 fn yolo_of_other_programs_is_read() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let store = place.store();
     let file = |name: &str, text: &str| import::File { name: name.into(), content: text.into() };
     let line = "1 0.5 0.5 0.25 0.5\n";
@@ -218,7 +218,7 @@ fn yolo_of_other_programs_is_read() {
 
 #[test]
 fn label_studio_is_read() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let store = place.store();
     let key = |frame: usize, enabled: bool, x: f64| {
         serde_json::json!({
@@ -267,7 +267,7 @@ fn label_studio_is_read() {
 /// CVAT writes a box that is outside for the frame after a job.
 #[test]
 fn what_is_no_box_in_the_clip_is_left_out_and_counted() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let store = place.store();
     let shape = |frame: usize, outside: u8| {
         format!(

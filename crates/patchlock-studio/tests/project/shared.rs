@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-use patchlock_studio::export::{self, Format, OfAll, Options, Val, of_folder, write_all};
+use patchlock_studio::export::{self, CombinedExport, Format, Options, Val, of_folder, write_all};
 use patchlock_studio::import;
-use patchlock_studio::project::{Attribute, Edit, Error, Kind, LABELS_FILE, Shared, Store};
+use patchlock_studio::project::{Attribute, Edit, Error, Kind, LABELS_FILE, SharedLabels, Store};
 use patchlock_track::export as formats;
 use serde_json::Value;
 
@@ -52,7 +52,7 @@ fn exported(
     folder: &Path,
     format: formats::Format,
     val: Option<&Val>,
-) -> (tempfile::TempDir, OfAll) {
+) -> (tempfile::TempDir, CombinedExport) {
     let (clips, labels) = of_folder(folder).unwrap();
     let out = tempfile::tempdir().unwrap();
     let options = Options { frames: true, ..Options::new(Format::Other(format), "set") };
@@ -74,19 +74,19 @@ fn projects_that_had_labels_of_their_own_get_those_of_all() {
     // Nothing is written by reading.
     assert!(!folder.path().join(LABELS_FILE).exists());
 
-    let mut shared = Shared::new(folder.path());
+    let mut shared = SharedLabels::new(folder.path());
     for name in ["a", "b"] {
         let store = Store::open(&file(folder.path(), name), None).unwrap();
         shared.update(|vocabulary| vocabulary.absorb(store.project())).unwrap();
     }
     assert_eq!(shared.read().unwrap().labels(), labels);
-    assert_eq!(Shared::new(folder.path()).read().unwrap().labels(), labels);
+    assert_eq!(SharedLabels::new(folder.path()).read().unwrap().labels(), labels);
 }
 
 #[test]
 fn a_label_that_was_renamed_has_its_new_name_in_projects_that_were_closed() {
     let folder = clips(&[("a", &["car"]), ("b", &["car"])]);
-    let mut shared = Shared::new(folder.path());
+    let mut shared = SharedLabels::new(folder.path());
     let edit = Edit::SetLabel { name: "car".into(), new_name: Some("van".into()), colour: None };
     let mut store = Store::open(&file(folder.path(), "a"), None).unwrap();
     shared.update(|vocabulary| vocabulary.absorb(store.project())).unwrap();

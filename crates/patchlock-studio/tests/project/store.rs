@@ -9,14 +9,14 @@ use std::time::{Duration, Instant};
 use patchlock::Status;
 use patchlock_media::Limits;
 use patchlock_studio::project::{
-    Change, Edit, Error, LABELS_FILE, Shared, Store, Tracked, beside, in_folder,
+    Edit, Error, LABELS_FILE, SharedLabels, Store, TrackedBox, VideoChange, beside, in_folder,
 };
 
-use crate::support::{FRAMES, Place, add, bbox, bmp, write_images};
+use crate::support::{FRAMES, TestFolder, add, bbox, bmp, write_images};
 
 /// Boxes of one target in these frames, no two alike.
 fn track(target: u64, from: usize, to: usize) -> Edit {
-    let tracked = |frame: usize| Tracked {
+    let tracked = |frame: usize| TrackedBox {
         bbox: bbox((frame * 37 % 1901) as f64 / 7.0, frame as f64 / 3.0 % 1000.0, 81.25, 60.125),
         score: (frame % 997) as f64 / 997.0,
         status: if frame % 100 > 90 { Status::Lost } else { Status::Tracked },
@@ -29,7 +29,7 @@ fn track(target: u64, from: usize, to: usize) -> Edit {
 
 #[test]
 fn what_is_saved_is_read_again() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let mut store = place.store();
     assert!(!store.is_saved() && !place.file().exists());
     store.save().unwrap();
@@ -60,7 +60,7 @@ fn what_is_saved_is_read_again() {
 
 #[test]
 fn a_clip_is_marked_as_done_and_a_file_without_the_mark_is_not() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let mut store = place.store();
     store.apply(vec![Edit::SetDone { done: true }]).unwrap();
     store.save().unwrap();
@@ -79,7 +79,7 @@ fn a_clip_is_marked_as_done_and_a_file_without_the_mark_is_not() {
 
 #[test]
 fn the_file_is_beside_the_video() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let beside = |video: &Path| beside(video, |_| false);
     assert_eq!(beside(&place.video()), place.file());
     assert_eq!(beside(Path::new("a/clip.mp4")), Path::new("a/clip.patchlock.json"));
@@ -141,7 +141,7 @@ fn videos_of_one_name_have_projects_of_their_own_in_a_folder() {
 
 #[test]
 fn a_long_project_is_saved_and_read_fast() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let frames = 18_000;
     let mut store = place.store_of(frames);
     for target in 1..=10 {
@@ -163,7 +163,7 @@ fn a_long_project_is_saved_and_read_fast() {
 
 #[test]
 fn a_project_has_one_writer() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let mut store = place.store();
     store.apply(vec![add(0)]).unwrap();
     store.save().unwrap();
@@ -192,7 +192,7 @@ fn a_project_has_one_writer() {
 
 #[test]
 fn a_video_of_too_many_pixels_begins_no_project() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let few = Limits { pixels: 64 * 48 - 1, ..Limits::default() };
     for open in [Store::open_within, Store::open_shared_within] {
         let error = open(&place.file(), Some(&place.video()), few).unwrap_err();
@@ -210,16 +210,16 @@ fn a_video_of_too_many_pixels_begins_no_project() {
 
 #[test]
 fn a_change_of_the_video_is_noticed() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let mut store = place.store();
     store.apply(vec![add(FRAMES - 1)]).unwrap();
     let image = place.video().join("0003.bmp");
     fs::write(&image, [bmp(64, 48), vec![0; 5]].concat()).unwrap();
-    assert!(matches!(store.changed(), Some(Change::Size { .. })), "{:?}", store.changed());
+    assert!(matches!(store.changed(), Some(VideoChange::Size { .. })), "{:?}", store.changed());
     fs::write(&image, bmp(64, 48)).unwrap();
     assert_eq!(store.changed(), None);
     fs::rename(&image, place.video().join("0003b.bmp")).unwrap();
-    assert_eq!(store.changed(), Some(Change::Content));
+    assert_eq!(store.changed(), Some(VideoChange::Content));
     let before = store.revision();
     assert!(store.accept_video().unwrap() > before);
     assert_eq!(store.changed(), None);
@@ -247,12 +247,12 @@ fn a_change_inside_a_long_file_is_noticed() {
     let last = bytes.len() - 1;
     bytes[last] = 2;
     fs::write(&video, &bytes).unwrap();
-    assert_eq!(store.changed(), Some(Change::Content));
+    assert_eq!(store.changed(), Some(VideoChange::Content));
 }
 
 #[test]
 fn the_video_may_move_but_not_be_another() {
-    let place = Place::new();
+    let place = TestFolder::new();
     place.store().save().unwrap();
     let other = place.folder().join("other");
     write_images(&other, 3);
@@ -268,7 +268,7 @@ fn the_video_may_move_but_not_be_another() {
 
 #[test]
 fn a_folder_between_is_part_of_the_path() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let folder = place.folder().join("projects/deep");
     fs::create_dir_all(&folder).unwrap();
     let file = folder.join("a.json");
@@ -281,7 +281,7 @@ fn a_folder_between_is_part_of_the_path() {
 
 #[test]
 fn a_video_that_only_the_file_names_is_read_in_its_folder_only() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let file = place.folder().join("a.json");
     Store::create(&file, &place.video()).unwrap().save().unwrap();
     assert!(Store::open(&file, None).unwrap().video_to_read().is_ok());
@@ -311,7 +311,7 @@ fn a_video_that_only_the_file_names_is_read_in_its_folder_only() {
 #[cfg(unix)]
 #[test]
 fn a_link_to_a_project_stays_a_link() {
-    let place = Place::new();
+    let place = TestFolder::new();
     place.store().save().unwrap();
     let link = place.folder().join("link.json");
     std::os::unix::fs::symlink(place.file(), &link).unwrap();
@@ -338,7 +338,7 @@ fn changed(from: &str, to: &str) -> String {
 
 #[test]
 fn files_that_are_wrong_give_clear_errors() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let error = |text: &str| {
         fs::write(place.file(), text).unwrap();
         let error = Store::open(&place.file(), None).unwrap_err();
@@ -399,7 +399,7 @@ fn files_that_are_wrong_give_clear_errors() {
 
 #[test]
 fn files_changed_anywhere_never_panic() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let text = changed("", "").into_bytes();
     for at in 0..text.len() {
         for byte in [b'9', b'"', b'}', 0xff] {
@@ -431,7 +431,7 @@ fn child_that_is_killed() {
 
 #[test]
 fn a_killed_process_leaves_the_old_file_or_the_new() {
-    let place = Place::new();
+    let place = TestFolder::new();
     place.store().save().unwrap();
     let mut revision = 0;
     for round in 0..12u64 {
@@ -461,7 +461,7 @@ fn a_killed_process_leaves_the_old_file_or_the_new() {
 fn the_example_of_the_guide_is_read_and_says_the_same_when_written() {
     let page = include_str!("../../../../docs/project-file.md");
     let example = page.split("```").nth(1).unwrap().strip_prefix("json\n").unwrap();
-    let place = Place::new();
+    let place = TestFolder::new();
     fs::write(place.file(), example).unwrap();
     let mut store = Store::open(&place.file(), None).unwrap();
     let target = &store.project().targets[0];
@@ -493,7 +493,7 @@ fn the_example_of_the_guide_is_read_and_says_the_same_when_written() {
     assert_eq!(values, ["2", "left", "false", ""], "doors, light, parked, plate");
     let labels = block(7);
     fs::write(place.folder().join(LABELS_FILE), labels).unwrap();
-    let labels = Shared::new(place.folder()).read().unwrap().labels();
+    let labels = SharedLabels::new(place.folder()).read().unwrap().labels();
     assert_eq!(labels, store.project().labels);
     store.apply(vec![serde_json::from_str(block(9)).unwrap()]).unwrap();
     store.undo().unwrap();
@@ -508,7 +508,7 @@ fn the_example_of_the_guide_is_read_and_says_the_same_when_written() {
 #[test]
 fn what_has_the_name_of_a_lock_is_left_alone() {
     use std::os::unix::fs::symlink;
-    let place = Place::new();
+    let place = TestFolder::new();
     let lock = place.folder().join("frames.patchlock.json.lock");
     let precious = place.folder().join("precious.txt");
     fs::write(&precious, "a year of work").unwrap();
@@ -541,7 +541,7 @@ fn what_has_the_name_of_a_lock_is_left_alone() {
 
 #[test]
 fn a_lock_that_a_killed_process_left_is_taken_over() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let lock = place.folder().join("frames.patchlock.json.lock");
     for left in ["", "process 4194999"] {
         fs::write(&lock, left).unwrap();

@@ -6,17 +6,17 @@ use std::path::{Path, PathBuf};
 use patchlock::BoundingBox;
 use patchlock_studio::project::{Edit, Store};
 
-/// Frames of the video that [`Place::new`] makes.
+/// Frames of the video that [`TestFolder::new`] makes.
 pub const FRAMES: usize = 12;
 /// Width and height of its frames.
 pub const SIZE: (usize, usize) = (64, 48);
 
 /// A folder with a video of images.
-pub struct Place {
+pub struct TestFolder {
     folder: tempfile::TempDir,
 }
 
-impl Place {
+impl TestFolder {
     pub fn new() -> Self {
         let folder = tempfile::tempdir().unwrap();
         let place = Self { folder };

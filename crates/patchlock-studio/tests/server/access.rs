@@ -5,7 +5,7 @@ use std::time::Duration;
 use patchlock_studio::server::Options;
 use serde_json::json;
 
-use crate::support::{Running, options, video};
+use crate::support::{TestServer, options, video};
 
 const ADDRESSES: [(&str, &str); 6] = [
     ("GET", "/api/clips"),
@@ -18,7 +18,7 @@ const ADDRESSES: [(&str, &str); 6] = [
 
 #[test]
 fn nothing_of_the_interface_is_answered_without_the_token() {
-    let server = Running::new();
+    let server = TestServer::new();
     for (method, path) in ADDRESSES {
         let answer = server.send_with(method, path, &[], b"{}");
         assert_eq!(answer.error(401), "the token is missing", "{path}");
@@ -42,7 +42,7 @@ fn nothing_of_the_interface_is_answered_without_the_token() {
 
 #[test]
 fn the_token_is_long_and_another_one_each_time() {
-    let mut server = Running::new();
+    let mut server = TestServer::new();
     let before = server.token.clone();
     assert!(before.len() == 64 && before.bytes().all(|byte| byte.is_ascii_hexdigit()));
     server.restart();
@@ -56,7 +56,7 @@ fn a_server_that_is_started_again_has_the_same_token() {
     let truth = video(&file);
     let mut options = options(vec![file], folder.path());
     options.tokens = Some(folder.path().join("state"));
-    let mut server = Running::with(options.clone(), folder, truth);
+    let mut server = TestServer::with(options.clone(), folder, truth);
     let before = server.token.clone();
     options.address = server.address;
     server.restart_with(&options);
@@ -92,14 +92,14 @@ fn a_server_that_is_started_again_has_the_same_token() {
 }
 
 /// Asks for the token without having it.
-fn exchange(server: &Running, code: &str, headers: &[&str]) -> crate::support::Answer {
+fn exchange(server: &TestServer, code: &str, headers: &[&str]) -> crate::support::Answer {
     let body = json!({ "code": code }).to_string();
     server.send_with("POST", "/api/token", headers, body.as_bytes())
 }
 
 #[test]
 fn the_code_for_a_browser_gives_the_token_once() {
-    let server = Running::new();
+    let server = TestServer::new();
     assert!(server.code.starts_with("once-") && !server.code.contains(&server.token));
     assert_eq!(exchange(&server, "once-00", &[]).status, 401);
     assert_eq!(exchange(&server, &server.token, &[]).status, 401);
@@ -125,15 +125,15 @@ fn the_code_for_a_browser_ends_soon() {
     let file = folder.path().join("clip.mp4");
     let truth = video(&file);
     let mut options = options(vec![file], folder.path());
-    options.patience.code = Duration::ZERO;
-    let server = Running::with(options, folder, truth);
+    options.timeouts.code = Duration::ZERO;
+    let server = TestServer::with(options, folder, truth);
     assert!(exchange(&server, &server.code, &[]).error(401).contains("too late"));
     assert_eq!(server.get("/api/clips").status, 200);
 }
 
 #[test]
 fn only_this_machine_is_answered_for() {
-    let server = Running::new();
+    let server = TestServer::new();
     let bearer = format!("Authorization: Bearer {}", server.token);
     let port = server.address.port();
     for host in [
@@ -186,13 +186,13 @@ fn only_this_machine_is_answered_for() {
 }
 
 /// A server that a proxy serves at some hosts.
-fn proxied(hosts: &[&str]) -> Running {
+fn proxied(hosts: &[&str]) -> TestServer {
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("clip.mp4");
     let truth = video(&file);
     let mut options = options(vec![file], folder.path());
     options.hosts.allowed = hosts.iter().map(|host| host.parse().expect("a host")).collect();
-    Running::with(options, folder, truth)
+    TestServer::with(options, folder, truth)
 }
 
 #[test]
@@ -255,7 +255,7 @@ fn sockets_are_opened_at_an_allowed_host_too() {
 
 #[test]
 fn what_a_proxy_asks_of_its_users_does_not_hide_the_token() {
-    let server = Running::new();
+    let server = TestServer::new();
     let own = format!("Patchlock-Token: {}", server.token);
     let bearer = format!("Authorization: Bearer {}", server.token);
     for (headers, status) in [
@@ -275,7 +275,7 @@ fn what_a_proxy_asks_of_its_users_does_not_hide_the_token() {
 
 #[test]
 fn other_pages_are_not_answered_even_with_the_token() {
-    let server = Running::new();
+    let server = TestServer::new();
     let bearer = format!("Authorization: Bearer {}", server.token);
     for origin in ["http://evil.example", "https://127.0.0.1", "null", "http://127.0.0.1:1"] {
         let header = format!("Origin: {origin}");
@@ -297,7 +297,7 @@ fn other_pages_are_not_answered_even_with_the_token() {
 
 #[test]
 fn sockets_need_the_token_too() {
-    let server = Running::new();
+    let server = TestServer::new();
     let path = "/api/clips/1/events";
     for protocols in ["patchlock", "patchlock, 00", "other"] {
         assert!(server.try_socket(path, protocols).is_err(), "{protocols}");
@@ -309,7 +309,7 @@ fn sockets_need_the_token_too() {
 
 #[test]
 fn every_answer_tells_the_browser_to_keep_the_page_in_its_place() {
-    let server = Running::new();
+    let server = TestServer::new();
     for path in ["/", "/api/clips", "/api/clips/1/frames/0", "/nothing", "/api/clips/7"] {
         let answer = server.get(path);
         let policy = answer.header("content-security-policy").expect("is there");

@@ -4,14 +4,14 @@ use std::io::{ErrorKind, Read as _, Write as _};
 use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
-use patchlock_studio::server::Patience;
+use patchlock_studio::server::Timeouts;
 use serde_json::json;
 
-use crate::support::{Answer, Running, STRANGERS, options, video};
+use crate::support::{Answer, STRANGERS, TestServer, options, video};
 
 #[test]
 fn no_path_leads_out_of_the_page() {
-    let server = Running::new();
+    let server = TestServer::new();
     for path in [
         "/../Cargo.toml",
         "/../../../../etc/passwd",
@@ -37,7 +37,7 @@ fn no_path_leads_out_of_the_page() {
 
 #[test]
 fn what_does_not_exist_and_wrong_methods_are_errors_as_json() {
-    let server = Running::new();
+    let server = TestServer::new();
     for path in [
         "/api",
         "/api/",
@@ -76,7 +76,7 @@ fn names_and_labels_with_markup_are_data() {
     let folder = tempfile::tempdir().expect("a folder");
     let name = "<img src=x onerror=alert(1)>&quot;'.mp4";
     let truth = video(&folder.path().join(name));
-    let server = Running::serving(folder, truth, &[name]);
+    let server = TestServer::serving(folder, truth, &[name]);
     let list = server.get("/api/clips");
     assert_eq!(list.json()["clips"][0]["name"], name);
     let label = "<script>alert(1)</script>";
@@ -96,7 +96,7 @@ fn names_and_labels_with_markup_are_data() {
 
 #[test]
 fn nonsense_instead_of_json_is_refused() {
-    let server = Running::new();
+    let server = TestServer::new();
     let deep = "[".repeat(100_000);
     for body in [
         "",
@@ -124,7 +124,7 @@ fn nonsense_instead_of_json_is_refused() {
 
 #[test]
 fn huge_json_is_refused_before_it_is_read() {
-    let server = Running::new();
+    let server = TestServer::new();
     let mut stream = server.connect();
     let head = format!(
         "POST /api/clips/1/edits HTTP/1.1\r\nHost: {}\r\nAuthorization: Bearer {}\r\n\
@@ -156,7 +156,7 @@ fn huge_json_is_refused_before_it_is_read() {
 
 #[test]
 fn headers_and_bodies_that_do_not_arrive_are_not_waited_for() {
-    let server = Running::new();
+    let server = TestServer::new();
     let begun = Instant::now();
     let mut silent = server.connect();
     let mut half = server.connect();
@@ -176,7 +176,7 @@ fn headers_and_bodies_that_do_not_arrive_are_not_waited_for() {
 
 #[test]
 fn one_that_sends_a_byte_at_a_time_is_stopped() {
-    let server = Running::new();
+    let server = TestServer::new();
     let head = format!("GET / HTTP/1.1\r\nHost: {}\r\nX: ", server.address);
     let body = format!(
         "POST /api/token HTTP/1.1\r\nHost: {}\r\nContent-Length: 1000\r\n\r\n",
@@ -195,17 +195,17 @@ fn one_that_sends_a_byte_at_a_time_is_stopped() {
 }
 
 /// A server that waits for everything as good as for ever.
-fn patient() -> Running {
+fn with_long_timeouts() -> TestServer {
     let folder = tempfile::tempdir().expect("a folder");
     let truth = video(&folder.path().join("clip.mp4"));
     let mut options = options(vec![folder.path().join("clip.mp4")], folder.path());
     let long = Duration::from_secs(3600);
-    options.patience = Patience { headers: long, body: long, answer: long, code: long };
-    Running::with(options, folder, truth)
+    options.timeouts = Timeouts { headers: long, body: long, answer: long, code: long };
+    TestServer::with(options, folder, truth)
 }
 
 /// Asks for the page again and again, without reading any answer, until no more is taken.
-fn flood(server: &Running, header: &str) -> TcpStream {
+fn flood(server: &TestServer, header: &str) -> TcpStream {
     let request = format!("GET /style.css HTTP/1.1\r\nHost: {}\r\n{header}\r\n", server.address);
     let requests = request.repeat(100);
     let mut stream = server.connect();
@@ -216,7 +216,7 @@ fn flood(server: &Running, header: &str) -> TcpStream {
 
 #[test]
 fn those_without_the_token_keep_nobody_out() {
-    let server = patient();
+    let server = with_long_timeouts();
     let strangers = STRANGERS + 10;
     let mut known = server.connect();
     let request = format!(
@@ -251,7 +251,7 @@ fn those_without_the_token_keep_nobody_out() {
 
 #[test]
 fn one_that_never_reads_is_stopped_with_the_token_too() {
-    let server = Running::new();
+    let server = TestServer::new();
     let bearer = format!("Authorization: Bearer {}\r\n", server.token);
     for header in ["", &bearer] {
         let mut stream = flood(&server, header);
@@ -267,7 +267,7 @@ fn one_that_never_reads_is_stopped_with_the_token_too() {
 
 #[test]
 fn headers_without_end_are_refused() {
-    let server = Running::new();
+    let server = TestServer::new();
     let mut stream = server.connect();
     stream.write_all(b"GET / HTTP/1.1\r\n").expect("sends");
     let line = [b"X: ".as_slice(), &[b'a'; 8000], b"\r\n"].concat();
@@ -277,7 +277,7 @@ fn headers_without_end_are_refused() {
 
 #[test]
 fn a_hundred_sockets_at_once_keep_nobody_from_working() {
-    let server = Running::new();
+    let server = TestServer::new();
     let open: Vec<_> = (0..100).map(|_| server.connect()).collect();
     let begun = Instant::now();
     assert_eq!(server.get("/api/clips/1/frames/3").status, 200);
@@ -291,7 +291,7 @@ fn a_hundred_sockets_at_once_keep_nobody_from_working() {
 }
 
 /// The server counts a window a moment after its handshake or its end.
-fn wait_for_windows(server: &Running, count: usize) {
+fn wait_for_windows(server: &TestServer, count: usize) {
     let begun = Instant::now();
     while server.clip()["windows"] != count {
         let counted = server.clip()["windows"].clone();

@@ -9,7 +9,7 @@ use patchlock_scene::Scene;
 use serde_json::{Value, json};
 use tungstenite::{Message, WebSocket};
 
-use crate::support::Running;
+use crate::support::TestServer;
 
 type Socket = WebSocket<TcpStream>;
 
@@ -46,7 +46,7 @@ fn hear(socket: &mut Socket) -> Value {
 
 #[test]
 fn what_is_in_the_box_is_followed() {
-    let server = Running::new();
+    let server = TestServer::new();
     let scene = Scene::simple();
     let mut socket = server.socket("/api/camera");
     let before = show(&mut socket, picture(&scene, 0));
@@ -67,7 +67,7 @@ fn what_is_in_the_box_is_followed() {
 
 #[test]
 fn pictures_that_come_too_fast_are_dropped_but_the_newest() {
-    let server = Running::new();
+    let server = TestServer::new();
     let scene = Scene::simple();
     let mut socket = server.socket("/api/camera");
     let jpeg = picture(&scene, 0);
@@ -89,7 +89,7 @@ fn pictures_that_come_too_fast_are_dropped_but_the_newest() {
 
 #[test]
 fn a_recording_has_a_video_and_a_table() {
-    let server = Running::new();
+    let server = TestServer::new();
     let scene = Scene::simple();
     let mut socket = server.socket("/api/camera");
     say(&mut socket, &json!({ "record": true }));
@@ -119,7 +119,7 @@ fn a_recording_has_a_video_and_a_table() {
 
 #[test]
 fn several_targets_are_followed_and_their_recording_is_a_clip() {
-    let server = Running::new();
+    let server = TestServer::new();
     let scene = Scene::simple();
     let mut socket = server.socket("/api/camera");
     say(&mut socket, &json!({ "record": true }));
@@ -158,7 +158,7 @@ fn several_targets_are_followed_and_their_recording_is_a_clip() {
 
 #[test]
 fn a_recording_is_completed_when_the_page_is_closed() {
-    let server = Running::new();
+    let server = TestServer::new();
     let mut socket = server.socket("/api/camera");
     say(&mut socket, &json!({ "record": true }));
     show(&mut socket, picture(&Scene::simple(), 0));
@@ -172,7 +172,7 @@ fn a_recording_is_completed_when_the_page_is_closed() {
 
 #[test]
 fn nonsense_is_answered_with_an_error() {
-    let server = Running::new();
+    let server = TestServer::new();
     let scene = Scene::simple();
     let mut socket = server.socket("/api/camera");
     for order in ["", "{}", "[]", r#"{"start": 5}"#, r#"{"format": true}"#] {

@@ -4,10 +4,10 @@ use std::path::Path;
 
 use serde_json::json;
 
-use crate::support::{FRAMES, Running};
+use crate::support::{FRAMES, TestServer};
 
 /// Opens what was downloaded as a video.
-fn opened(server: &Running, body: &[u8]) -> Box<dyn patchlock_media::FrameSource> {
+fn opened(server: &TestServer, body: &[u8]) -> Box<dyn patchlock_media::FrameSource> {
     let file: &Path = &server.folder.path().join("downloaded.mp4");
     std::fs::write(file, body).expect("writes");
     patchlock_media::open(file.to_str().expect("is text"), false).expect("is a video")
@@ -15,7 +15,7 @@ fn opened(server: &Running, body: &[u8]) -> Box<dyn patchlock_media::FrameSource
 
 #[test]
 fn what_is_exported_can_be_imported() {
-    let server = Running::new();
+    let server = TestServer::new();
     server.add_target(0);
     server.edit(json!({ "edit": "set_key", "target": 1, "frame": 9, "box": server.truth[9] }));
     for (format, kind) in [("csv", "text/csv"), ("mot", "text/plain"), ("cvat", "application/xml")]
@@ -40,7 +40,7 @@ fn what_is_exported_can_be_imported() {
 /// What the page offers is what the server takes.
 #[test]
 fn all_formats_are_listed_and_what_is_left_out_is_said() {
-    let server = Running::new();
+    let server = TestServer::new();
     server.add_target(0);
     let listed = server.get("/api/formats").json();
     let exports = listed["exports"].as_array().expect("a list").clone();
@@ -90,7 +90,7 @@ fn all_formats_are_listed_and_what_is_left_out_is_said() {
 
 #[test]
 fn files_of_images_are_imported_together() {
-    let server = Running::new();
+    let server = TestServer::new();
     let files = json!({
         "data.yaml": "names: [boat]\n",
         "frame_000001.txt": "0 0.5 0.5 0.25 0.5\n",
@@ -107,9 +107,29 @@ fn files_of_images_are_imported_together() {
     server.send("POST", "/api/clips/1/import?format=yolo", b"x").error(400);
 }
 
+/// What a person is asked about: boxes that a person could have drawn, each with the score of the
+/// detector.
+#[test]
+fn a_preview_has_the_first_box_of_each_target() {
+    let server = TestServer::new();
+    let mot = "1,-1,10,20,30,40,0.75\n1,-1,900000,20,30,40,0.75\n1,-1,60,20,0.5,40,0.75\n\
+               2,7,10,20,30,40,0\n3,7,11,20,30,40,0.5\n4,7,12,20,30,40,1\n";
+    let preview =
+        server.send("POST", "/api/clips/1/import?format=mot&preview=true", mot.as_bytes());
+    assert_eq!(preview.status, 200, "{}", preview.text());
+    let proposal = |frame: usize, x: f64, score: f64| {
+        let bbox = json!({ "x": x, "y": 19.0, "w": 30.0, "h": 40.0 });
+        json!({ "frame": frame, "label": "target", "box": bbox, "score": score })
+    };
+    let expected = [proposal(0, 9.0, 0.75), proposal(2, 10.0, 0.5)];
+    let found = preview.json();
+    assert_eq!((&found["proposals"], &found["targets"]), (&json!(expected), &json!(4)));
+    assert_eq!(server.clip()["project"]["targets"], json!([]));
+}
+
 #[test]
 fn a_folder_is_exported_as_one_file() {
-    let server = Running::new();
+    let server = TestServer::new();
     server.add_target(0);
     let exported = server.get("/api/clips/1/export?format=voc&frames=true");
     assert_eq!(exported.header("content-type"), Some("application/zip"), "{}", exported.text());
@@ -121,7 +141,7 @@ fn a_folder_is_exported_as_one_file() {
 
 #[test]
 fn what_cannot_be_read_or_written_is_an_error() {
-    let server = Running::new();
+    let server = TestServer::new();
     server.send("POST", "/api/clips/1/import?format=excel", b"x").error(400);
     server.send("POST", "/api/clips/1/import?format=cvat", b"<annotations").error(400);
     server.send("POST", "/api/clips/1/import?format=csv", &[0xff]).error(400);
@@ -133,7 +153,7 @@ fn what_cannot_be_read_or_written_is_an_error() {
 
 #[test]
 fn the_annotated_video_has_all_frames_with_boxes_drawn_in() {
-    let server = Running::new();
+    let server = TestServer::new();
     let whole = server.truth[7];
     server.add_target(7);
     let answer = server.get("/api/clips/1/video");
@@ -165,7 +185,7 @@ fn the_annotated_video_has_all_frames_with_boxes_drawn_in() {
 
 #[test]
 fn the_clip_of_a_target_shows_it_in_the_middle() {
-    let server = Running::new();
+    let server = TestServer::new();
     server.add_target(2);
     for frame in 3..9 {
         let bbox = server.truth[frame];

@@ -5,10 +5,10 @@ use std::time::Duration;
 
 use serde_json::{Value, json};
 
-use crate::support::{FRAMES, Running};
+use crate::support::{FRAMES, TestServer};
 
 /// Makes an edit, as the page does: again if tracking has ended in between. Returns the revision.
-fn edit(server: &Running, edit: &Value) -> Value {
+fn edit(server: &TestServer, edit: &Value) -> Value {
     loop {
         let revision = server.clip()["revision"].clone();
         let edits = json!({ "revision": revision, "edits": [edit] });
@@ -21,17 +21,17 @@ fn edit(server: &Running, edit: &Value) -> Value {
 }
 
 /// Corrects a frame, and tracks what follows from it. Returns the revision of the correction.
-fn correct(server: &Running, target: u64, frame: usize) -> Value {
+fn correct(server: &TestServer, target: u64, frame: usize) -> Value {
     let bbox = server.truth[frame];
     let set = json!({ "edit": "set_key", "target": target, "frame": frame, "box": bbox });
     let since = edit(server, &set);
-    let wish = json!({ "target": target, "around": frame, "since": since });
+    let request = json!({ "target": target, "around": frame, "since": since });
     // Between two neighbours there is nothing to track.
-    assert!([200, 400].contains(&server.post("/api/clips/1/track", &wish).status));
+    assert!([200, 400].contains(&server.post("/api/clips/1/track", &request).status));
     since
 }
 
-fn step(server: &Running, verb: &str) -> Value {
+fn step(server: &TestServer, verb: &str) -> Value {
     let answer = server.post(&format!("/api/clips/1/{verb}"), &json!({}));
     assert_eq!(answer.status, 200, "{}", answer.text());
     answer.json()["text"].clone()
@@ -56,7 +56,7 @@ fn keys(clip: &Value) -> BTreeMap<u64, Vec<usize>> {
 
 #[test]
 fn a_correction_is_taken_back_with_the_tracking_that_runs() {
-    let server = Running::new();
+    let server = TestServer::new();
     server.add_target(0);
     let before = server.clip();
     correct(&server, 1, 20);
@@ -72,13 +72,13 @@ fn a_correction_is_taken_back_with_the_tracking_that_runs() {
     // What follows from a change that was undone is not tracked.
     let since = correct(&server, 1, 30);
     step(&server, "undo");
-    let wish = json!({ "target": 1, "around": 0, "since": since });
-    assert_eq!(server.post("/api/clips/1/track", &wish).json()["job"], Value::Null);
+    let request = json!({ "target": 1, "around": 0, "since": since });
+    assert_eq!(server.post("/api/clips/1/track", &request).json()["job"], Value::Null);
 }
 
 #[test]
 fn a_change_of_another_target_leaves_tracking_alone() {
-    let server = Running::new();
+    let server = TestServer::new();
     server.add_target(0);
     server.add_target(0);
     let since = correct(&server, 1, FRAMES - 1);
@@ -93,34 +93,34 @@ fn a_change_of_another_target_leaves_tracking_alone() {
 
 #[test]
 fn the_queue_says_who_waits_and_who_was_dropped() {
-    let server = Running::new();
+    let server = TestServer::new();
     for _ in 0..3 {
         server.add_target(0);
     }
     for target in 1..=3 {
-        let wish = json!({ "target": target, "from": 0, "direction": "forward" });
-        assert_eq!(server.post("/api/clips/1/track", &wish).status, 200);
+        let request = json!({ "target": target, "from": 0, "direction": "forward" });
+        assert_eq!(server.post("/api/clips/1/track", &request).status, 200);
     }
-    let doubts = server.get("/api/clips/1/doubts").json();
-    let untracked = |doubts: &Value| {
-        let doubts = doubts["doubts"].as_array().expect("a list").iter();
-        doubts
+    let suggestions = server.get("/api/clips/1/doubts").json();
+    let untracked = |suggestions: &Value| {
+        let suggestions = suggestions["doubts"].as_array().expect("a list").iter();
+        suggestions
             .filter(|it| it["untracked"] == true)
             .map(|it| it["target"].clone())
             .collect::<Vec<_>>()
     };
     // Those that wait will be tracked.
-    assert_eq!(untracked(&doubts), [] as [Value; 0]);
+    assert_eq!(untracked(&suggestions), [] as [Value; 0]);
     let stopped = server.post("/api/clips/1/stop", &json!({})).json();
     // On a busy machine the first job may have ended meanwhile.
     let dropped = stopped["dropped"].as_array().expect("a list").clone();
     assert!(dropped == [2, 3] || dropped == [3], "{stopped}");
-    let doubts = server.get("/api/clips/1/doubts").json();
-    assert!(dropped.iter().all(|id| untracked(&doubts).contains(id)), "{doubts}");
-    let unknown = doubts["left"]["unknown"].as_u64().expect("a number");
-    assert!(unknown >= (dropped.len() * (FRAMES - 1)) as u64, "{doubts}");
+    let suggestions = server.get("/api/clips/1/doubts").json();
+    assert!(dropped.iter().all(|id| untracked(&suggestions).contains(id)), "{suggestions}");
+    let unknown = suggestions["left"]["unknown"].as_u64().expect("a number");
+    assert!(unknown >= (dropped.len() * (FRAMES - 1)) as u64, "{suggestions}");
     let info = &server.get("/api/clips").json()["clips"][0];
-    assert_eq!(info["unknown"], doubts["left"]["unknown"]);
+    assert_eq!(info["unknown"], suggestions["left"]["unknown"]);
     assert!(info["unknown_targets"].as_u64().expect("a number") >= dropped.len() as u64);
     // What found nothing is no step: the last one is that of the job that ran, or the last target.
     let undo = server.clip()["undo"].clone();
@@ -138,7 +138,7 @@ fn undo_and_redo_at_any_moment_are_those_of_a_plain_model() {
                 .wrapping_add(1_442_695_040_888_963_407);
             (random >> 33) as usize % below
         };
-        let mut server = Running::new();
+        let mut server = TestServer::new();
         server.add_target(0);
         server.add_target(0);
         let (first, steps) = (server.clip(), 2);

@@ -2,37 +2,37 @@
 
 use serde_json::{Value, json};
 
-use crate::support::{Answer, Running, options, video};
+use crate::support::{Answer, TestServer, options, video};
 
 /// A server with the clips `a.mp4` and `b.mp4`, both open.
-fn two_clips() -> Running {
+fn two_clips() -> TestServer {
     let folder = tempfile::tempdir().expect("a folder");
     let truth = video(&folder.path().join("a.mp4"));
     video(&folder.path().join("b.mp4"));
-    let server = Running::serving(folder, truth, &["a.mp4", "b.mp4"]);
+    let server = TestServer::serving(folder, truth, &["a.mp4", "b.mp4"]);
     for clip in 1..=2 {
         assert_eq!(server.get(&format!("/api/clips/{clip}")).status, 200);
     }
     server
 }
 
-fn project(server: &Running, clip: usize) -> Value {
+fn project(server: &TestServer, clip: usize) -> Value {
     server.get(&format!("/api/clips/{clip}")).json()["project"].clone()
 }
 
-fn labels(server: &Running, clip: usize) -> Vec<String> {
+fn labels(server: &TestServer, clip: usize) -> Vec<String> {
     let project = project(server, clip);
     let labels = project["labels"].as_array().expect("a list").iter();
     labels.map(|label| label["name"].as_str().expect("a name").to_owned()).collect()
 }
 
-fn edit(server: &Running, clip: usize, edits: &Value) -> Answer {
+fn edit(server: &TestServer, clip: usize, edits: &Value) -> Answer {
     let revision = server.get(&format!("/api/clips/{clip}")).json()["revision"].clone();
     let body = json!({ "revision": revision, "edits": edits });
     server.post(&format!("/api/clips/{clip}/edits"), &body)
 }
 
-fn made(server: &Running, clip: usize, edits: &Value) {
+fn made(server: &TestServer, clip: usize, edits: &Value) {
     let answer = edit(server, clip, edits);
     assert_eq!(answer.status, 200, "{}", answer.text());
 }
@@ -79,6 +79,10 @@ fn labels_of_an_import_are_those_of_all_clips() {
     let expected = json!({
         "targets": 1, "keys": 2, "boxes": 2, "first": 0, "last": 1, "there": 0,
         "labels": [{ "name": "boat", "targets": 1, "new": true }], "attributes": {}, "notes": [],
+        "proposals": [{
+            "frame": 0, "label": "boat", "score": null,
+            "box": { "x": 10.0, "y": 10.0, "w": 20.0, "h": 20.0 },
+        }],
     });
     assert_eq!(found, expected);
     assert_eq!(project(&server, 1)["targets"], json!([]));

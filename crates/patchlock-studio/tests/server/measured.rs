@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use patchlock_media::{FrameRate, Mp4Writer};
 
-use crate::support::Running;
+use crate::support::TestServer;
 
 const WIDTH: usize = 1920;
 const HEIGHT: usize = 1080;
@@ -44,7 +44,7 @@ fn most_memory() -> usize {
     line.split_whitespace().nth(1).and_then(|kb| kb.parse::<usize>().ok()).unwrap_or(0) / 1024
 }
 
-fn timed(server: &Running, frame: usize) -> Duration {
+fn timed(server: &TestServer, frame: usize) -> Duration {
     let begun = Instant::now();
     let answer = server.get(&format!("/api/clips/1/frames/{frame}"));
     assert_eq!(answer.status, 200, "{}", answer.text());
@@ -52,7 +52,7 @@ fn timed(server: &Running, frame: usize) -> Duration {
 }
 
 /// Times of steps from one frame to another, with the pause of a person who looks.
-fn steps(server: &Running, frames: impl Iterator<Item = usize>) -> Vec<Duration> {
+fn steps(server: &TestServer, frames: impl Iterator<Item = usize>) -> Vec<Duration> {
     let step = |frame| {
         std::thread::sleep(Duration::from_millis(100));
         timed(server, frame)
@@ -74,7 +74,7 @@ fn a_large_video() {
     video(&folder.path().join("clip.mp4"), FRAMES);
     println!("before: {} MB", most_memory());
     let begun = Instant::now();
-    let server = Running::serving(folder, Vec::new(), &["clip.mp4"]);
+    let server = TestServer::serving(folder, Vec::new(), &["clip.mp4"]);
     timed(&server, 0);
     println!("first frame after {:.1?}", begun.elapsed());
     report("steps forward", &steps(&server, 1..60));
@@ -105,7 +105,7 @@ fn ten_minutes_of_images() {
         std::fs::hard_link(first, images.join(format!("{k:05}.jpg"))).expect("links");
     }
     let begun = Instant::now();
-    let server = Running::serving(folder, Vec::new(), &["frames"]);
+    let server = TestServer::serving(folder, Vec::new(), &["frames"]);
     timed(&server, 0);
     println!("first frame after {:.1?}", begun.elapsed());
     let mut jumps: Vec<Duration> = (0..1000).map(|k| timed(&server, k * 7919 % IMAGES)).collect();

@@ -11,7 +11,7 @@ use patchlock_track::models;
 use serde_json::{Value, json};
 use tungstenite::{Message, WebSocket};
 
-use crate::support::{FRAMES, Running, options, video};
+use crate::support::{FRAMES, TestServer, options, video};
 
 /// The next message of a window of this type.
 fn next(socket: &mut WebSocket<std::net::TcpStream>, kind: &str) -> Value {
@@ -38,7 +38,7 @@ fn tracked_frames(clip: &Value) -> Vec<usize> {
 
 #[test]
 fn frames_are_exact_and_of_the_width_that_was_asked_for() {
-    let server = Running::new();
+    let server = TestServer::new();
     let mut source = patchlock_media::open(
         server.folder.path().join("clip.mp4").to_str().expect("is text"),
         false,
@@ -74,7 +74,7 @@ fn frames_are_exact_and_of_the_width_that_was_asked_for() {
 
 #[test]
 fn a_browser_may_keep_frames() {
-    let server = Running::new();
+    let server = TestServer::new();
     let first = server.get("/api/clips/1/frames/1");
     let tag = first.header("etag").expect("is there");
     assert!(first.header("cache-control").expect("is there").contains("immutable"));
@@ -88,7 +88,7 @@ fn a_browser_may_keep_frames() {
 
 #[test]
 fn an_edit_is_written_at_once_and_found_again() {
-    let mut server = Running::new();
+    let mut server = TestServer::new();
     server.add_target(3);
     let file = server.folder.path().join("clip.patchlock.json");
     let written = std::fs::read_to_string(&file).expect("is written");
@@ -112,7 +112,7 @@ fn what_could_not_be_written_is_written_at_the_end() {
         std::fs::create_dir(&projects).expect("creates");
         let mut options = options(vec![folder.path().join("clip.mp4")], folder.path());
         options.projects = ProjectLocation::File(projects.join("p.json"));
-        let mut server = Running::with(options, folder, truth);
+        let mut server = TestServer::with(options, folder, truth);
         let away = projects.with_file_name("away");
         std::fs::rename(&projects, &away).expect("moves");
         let edits = json!({ "revision": 0, "edits": [{ "edit": "set_done", "done": true }] });
@@ -144,7 +144,7 @@ fn a_project_that_says_another_length_of_its_video_is_refused() {
     let long = text.replace("\"frames\":40", "\"frames\":100000000");
     assert_ne!(long, text);
     std::fs::write(&file, long).expect("writes");
-    let server = Running::serving(folder, truth, &["clip.mp4", "other.mp4"]);
+    let server = TestServer::serving(folder, truth, &["clip.mp4", "other.mp4"]);
     let error = server.get("/api/clips/1").error(422);
     assert!(error.contains("100000000 frames; the video has 40"), "{error}");
     assert_eq!(server.get("/api/clips/2").status, 200);
@@ -152,7 +152,7 @@ fn a_project_that_says_another_length_of_its_video_is_refused() {
 
 #[test]
 fn the_list_of_clips_says_which_are_done() {
-    let server = Running::new();
+    let server = TestServer::new();
     let is_done = || server.get("/api/clips").json()["clips"][0]["done"].clone();
     assert_eq!(is_done(), false);
     let edits = json!({ "revision": server.clip()["revision"], "edits": [
@@ -166,7 +166,7 @@ fn the_list_of_clips_says_which_are_done() {
 
 #[test]
 fn a_window_that_is_behind_cannot_overwrite() {
-    let server = Running::new();
+    let server = TestServer::new();
     let revision = server.clip()["revision"].clone();
     server.add_target(0);
     let late = json!({ "revision": revision, "edits": [
@@ -181,7 +181,7 @@ fn a_window_that_is_behind_cannot_overwrite() {
 
 #[test]
 fn an_edit_that_is_not_possible_changes_nothing() {
-    let server = Running::new();
+    let server = TestServer::new();
     let before = server.clip();
     for edit in [
         json!({ "edit": "add_target", "label": "target", "frame": 40,
@@ -198,7 +198,7 @@ fn an_edit_that_is_not_possible_changes_nothing() {
 
 #[test]
 fn two_windows_know_of_each_other_and_of_changes() {
-    let server = Running::new();
+    let server = TestServer::new();
     let mut first = server.socket("/api/clips/1/events");
     assert_eq!(next(&mut first, "windows")["count"], 1);
     let mut second = server.socket("/api/clips/1/events");
@@ -214,11 +214,11 @@ fn two_windows_know_of_each_other_and_of_changes() {
 
 #[test]
 fn a_box_becomes_a_track_that_is_shown_live_and_undone_as_one() {
-    let server = Running::new();
+    let server = TestServer::new();
     server.add_target(0);
     let mut window = server.socket("/api/clips/1/events");
-    let wish = json!({ "target": 1, "from": 0, "direction": "forward" });
-    let answer = server.post("/api/clips/1/track", &wish);
+    let request = json!({ "target": 1, "from": 0, "direction": "forward" });
+    let answer = server.post("/api/clips/1/track", &request);
     assert_eq!(answer.json()["job"], 1);
     assert_eq!(next(&mut window, "job")["state"], "running");
     let mut boxes = Vec::new();
@@ -248,14 +248,14 @@ fn a_box_becomes_a_track_that_is_shown_live_and_undone_as_one() {
 
 #[test]
 fn a_correction_is_tracked_from_both_sides() {
-    let server = Running::new();
+    let server = TestServer::new();
     server.add_target(0);
     for frame in [20, 39] {
         let bbox = server.truth[frame];
         server.edit(json!({ "edit": "set_key", "target": 1, "frame": frame, "box": bbox }));
     }
-    let wish = json!({ "target": 1, "around": 20 });
-    assert_eq!(server.post("/api/clips/1/track", &wish).status, 200);
+    let request = json!({ "target": 1, "around": 20 });
+    assert_eq!(server.post("/api/clips/1/track", &request).status, 200);
     let clip = server.wait();
     let expected: Vec<usize> = (1..20).chain(21..39).collect();
     assert_eq!(tracked_frames(&clip), expected);
@@ -267,29 +267,29 @@ fn a_correction_is_tracked_from_both_sides() {
 
 #[test]
 fn a_job_can_be_stopped_and_others_wait_for_it() {
-    let server = Running::new();
+    let server = TestServer::new();
     server.add_target(0);
     server.add_target(5);
     for target in [1, 2] {
-        let wish = json!({ "target": target, "from": 5 * (target - 1), "direction": "forward" });
-        assert_eq!(server.post("/api/clips/1/track", &wish).json()["job"], target);
+        let request = json!({ "target": target, "from": 5 * (target - 1), "direction": "forward" });
+        assert_eq!(server.post("/api/clips/1/track", &request).json()["job"], target);
     }
     let stopped = server.post("/api/clips/1/stop", &json!({})).json();
     assert!(stopped["stopped"].as_u64().expect("a number") >= 1);
     let clip = server.clip();
     assert!(clip["job"].is_null(), "{}", clip["job"]);
     assert!(tracked_frames(&clip).len() < FRAMES - 1);
-    let wish = json!({ "target": 1, "from": 0, "direction": "forward", "until": 10 });
-    assert_eq!(server.post("/api/clips/1/track", &wish).json()["job"], 3);
+    let request = json!({ "target": 1, "from": 0, "direction": "forward", "until": 10 });
+    assert_eq!(server.post("/api/clips/1/track", &request).json()["job"], 3);
     assert_eq!(tracked_frames(&server.wait()).iter().filter(|&&frame| frame <= 10).count(), 10);
 }
 
 #[test]
 fn deleting_a_target_ends_its_job() {
-    let server = Running::new();
+    let server = TestServer::new();
     server.add_target(0);
-    let wish = json!({ "target": 1, "from": 0, "direction": "forward" });
-    assert_eq!(server.post("/api/clips/1/track", &wish).status, 200);
+    let request = json!({ "target": 1, "from": 0, "direction": "forward" });
+    assert_eq!(server.post("/api/clips/1/track", &request).status, 200);
     server.edit(json!({ "edit": "delete_target", "target": 1 }));
     let clip = server.clip();
     assert!(clip["job"].is_null());
@@ -297,10 +297,10 @@ fn deleting_a_target_ends_its_job() {
 }
 
 #[test]
-fn wishes_that_make_no_sense_are_refused() {
-    let server = Running::new();
+fn requests_that_make_no_sense_are_refused() {
+    let server = TestServer::new();
     server.add_target(5);
-    for (wish, status) in [
+    for (request, status) in [
         (json!({ "target": 9, "around": 0 }), 404),
         (json!({ "target": 1, "around": 40 }), 400),
         (json!({ "target": 1, "from": 6, "direction": "forward" }), 400),
@@ -309,16 +309,16 @@ fn wishes_that_make_no_sense_are_refused() {
         (json!({ "target": 1, "from": 5, "direction": "forward", "until": 5 }), 400),
         (json!({ "target": 1 }), 400),
     ] {
-        assert!(!server.post("/api/clips/1/track", &wish).error(status).is_empty(), "{wish}");
+        assert!(!server.post("/api/clips/1/track", &request).error(status).is_empty(), "{request}");
     }
 }
 
 #[test]
 fn what_a_job_has_found_survives_the_end_of_the_program() {
-    let mut server = Running::new();
+    let mut server = TestServer::new();
     server.add_target(0);
-    let wish = json!({ "target": 1, "from": 0, "direction": "forward" });
-    assert_eq!(server.post("/api/clips/1/track", &wish).status, 200);
+    let request = json!({ "target": 1, "from": 0, "direction": "forward" });
+    assert_eq!(server.post("/api/clips/1/track", &request).status, 200);
     let begun = Instant::now();
     while server.clip()["job"]["done"].as_u64().unwrap_or(0) < 2 {
         if server.clip()["job"].is_null() && begun.elapsed() > Duration::from_secs(2) {
@@ -332,7 +332,7 @@ fn what_a_job_has_found_survives_the_end_of_the_program() {
 
 #[test]
 fn a_look_says_what_is_visible() {
-    let server = Running::new();
+    let server = TestServer::new();
     server.add_target(0);
     server.edit(json!({ "edit": "set_key", "target": 1, "frame": 8, "box": server.truth[8] }));
     let look = server.get("/api/clips/1/look?target=1&frame=8").json();
@@ -360,11 +360,11 @@ fn a_network_tracks_targets() {
     let mut options = options(vec![folder.path().join("clip.mp4")], folder.path());
     options.config = Preset::Network.into();
     options.config.network = Some(models::load(Path::new(file), None).expect("loads"));
-    let server = Running::with(options, folder, truth);
+    let server = TestServer::with(options, folder, truth);
     server.add_target(0);
     server.edit(json!({ "edit": "set_key", "target": 1, "frame": 8, "box": server.truth[8] }));
-    let wish = json!({ "target": 1, "from": 0, "direction": "forward", "until": 12 });
-    assert_eq!(server.post("/api/clips/1/track", &wish).status, 200);
+    let request = json!({ "target": 1, "from": 0, "direction": "forward", "until": 12 });
+    assert_eq!(server.post("/api/clips/1/track", &request).status, 200);
     assert_eq!(tracked_frames(&server.wait()).len(), 11);
     let look = server.get("/api/clips/1/look?target=1&frame=4").json();
     assert!(look["visible"].is_null() && look["scales"] == json!([]), "{look}");
@@ -373,22 +373,22 @@ fn a_network_tracks_targets() {
 
 #[test]
 fn doubtful_places_are_listed() {
-    let server = Running::new();
+    let server = TestServer::new();
     server.add_target(0);
     let tracked =
         |score: f64| json!({ "box": server.truth[0], "score": score, "status": "uncertain" });
     server.edit(json!({ "edit": "set_tracked", "target": 1, "from": 1, "to": 4,
         "tracked": { "1": tracked(0.9), "2": tracked(0.1), "3": tracked(0.1), "4": tracked(0.9) } }));
-    let doubts = server.get("/api/clips/1/doubts").json();
-    let found = doubts["doubts"].as_array().expect("a list");
+    let suggestions = server.get("/api/clips/1/doubts").json();
+    let found = suggestions["doubts"].as_array().expect("a list");
     // What was never tracked, and what is probably wrong.
     assert_eq!(found[0]["frame"], 5, "{found:?}");
-    assert!(found.iter().any(|doubt| [2, 3].map(Value::from).contains(&doubt["frame"])));
-    for doubt in found {
-        assert!(doubt["target"] == 1 && doubt["reason"].is_string(), "{doubt}");
-        assert!(doubt["gain"].as_f64().expect("a number") > 0.0, "{doubt}");
+    assert!(found.iter().any(|suggestion| [2, 3].map(Value::from).contains(&suggestion["frame"])));
+    for suggestion in found {
+        assert!(suggestion["target"] == 1 && suggestion["reason"].is_string(), "{suggestion}");
+        assert!(suggestion["gain"].as_f64().expect("a number") > 0.0, "{suggestion}");
     }
-    assert_eq!(server.get("/api/clips/1/doubts?target=1").json(), doubts);
+    assert_eq!(server.get("/api/clips/1/doubts?target=1").json(), suggestions);
 }
 
 /// A recording that a crash has ended.
@@ -404,7 +404,7 @@ fn a_video_without_its_end_is_shown_as_far_as_it_goes() {
     }
     let bytes = std::fs::read(whole).expect("reads");
     std::fs::write(folder.path().join("crash.mkv"), &bytes[..bytes.len() * 2 / 3]).expect("writes");
-    let server = Running::serving(folder, truth, &["crash.mkv"]);
+    let server = TestServer::serving(folder, truth, &["crash.mkv"]);
     let clip = server.get("/api/clips/1").json();
     let frames = clip["project"]["video"]["frames"].as_u64().expect("a number") as usize;
     assert!((FRAMES / 4..FRAMES).contains(&frames), "{frames}");

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use patchlock::{BoundingBox, Preset, TrackerConfig};
 use patchlock_media::{FrameRate, Limits, Mp4Writer};
 use patchlock_scene::Scene;
-use patchlock_studio::server::{self, AllowedHosts, Options, Patience, ProjectLocation, Server};
+use patchlock_studio::server::{self, AllowedHosts, Options, ProjectLocation, Server, Timeouts};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 use tungstenite::WebSocket;
@@ -42,7 +42,7 @@ pub fn video(file: &Path) -> Vec<BoundingBox> {
 }
 
 /// A server in a thread, which ends with this value.
-pub struct Running {
+pub struct TestServer {
     pub address: SocketAddr,
     pub token: String,
     /// A code that is exchanged for the token.
@@ -58,7 +58,7 @@ pub struct Running {
 /// What a server says at its end.
 pub type Outcome = Result<Vec<PathBuf>, server::Error>;
 
-impl Drop for Running {
+impl Drop for TestServer {
     fn drop(&mut self) {
         // A test that expects another end has asked for it.
         let outcome = self.outcome();
@@ -68,9 +68,9 @@ impl Drop for Running {
     }
 }
 
-/// Options for these videos, with little patience.
+/// Options for these videos, with short timeouts.
 pub fn options(videos: Vec<PathBuf>, uploads: &Path) -> Options {
-    let patience = Patience {
+    let timeouts = Timeouts {
         headers: Duration::from_millis(700),
         body: Duration::from_millis(700),
         answer: Duration::from_millis(700),
@@ -84,7 +84,7 @@ pub fn options(videos: Vec<PathBuf>, uploads: &Path) -> Options {
         config: TrackerConfig::from(Preset::Robust),
         threads: Some(1),
         limits: Limits::default(),
-        patience,
+        timeouts,
         strangers: STRANGERS,
         uploads: uploads.join("uploads"),
         upload_bytes: 4 << 20,
@@ -93,7 +93,7 @@ pub fn options(videos: Vec<PathBuf>, uploads: &Path) -> Options {
     }
 }
 
-impl Running {
+impl TestServer {
     /// A server with one clip.
     pub fn new() -> Self {
         let folder = tempfile::tempdir().expect("a folder");

@@ -4,7 +4,7 @@ use std::io::Write as _;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use crate::support::{Answer, Running};
+use crate::support::{Answer, TestServer};
 
 /// The names of the files in the folder of uploads, and of those beside it.
 fn names(folder: &Path) -> Vec<String> {
@@ -19,7 +19,7 @@ fn names(folder: &Path) -> Vec<String> {
 
 #[test]
 fn an_upload_becomes_a_clip_in_a_folder_of_its_own() {
-    let server = Running::new();
+    let server = TestServer::new();
     let film = std::fs::read(server.folder.path().join("clip.mp4")).expect("reads");
     for (name, kept) in [
         ("my%20film.mp4", "my film.mp4"),
@@ -41,7 +41,7 @@ fn an_upload_becomes_a_clip_in_a_folder_of_its_own() {
 
 #[test]
 fn an_upload_that_is_no_video_leaves_nothing() {
-    let server = Running::new();
+    let server = TestServer::new();
     let answer = server.send("POST", "/api/clips?name=a.mp4", b"\0\0\0\x18ftypisom and no more");
     assert!(!answer.error(422).is_empty());
     for name in ["", "..", "%2F", "%20"] {
@@ -54,7 +54,7 @@ fn an_upload_that_is_no_video_leaves_nothing() {
 
 #[test]
 fn too_large_an_upload_is_stopped_at_the_limit_and_leaves_nothing() {
-    let server = Running::new();
+    let server = TestServer::new();
     let most = server.get("/api/clips").json()["upload_bytes"].as_u64().expect("a number") as usize;
     let head = |length: &str| {
         format!(
@@ -84,7 +84,7 @@ fn too_large_an_upload_is_stopped_at_the_limit_and_leaves_nothing() {
 
 #[test]
 fn an_upload_that_is_broken_off_or_stalls_leaves_nothing() {
-    let server = Running::new();
+    let server = TestServer::new();
     let uploads = server.folder.path().join("uploads");
     for stalls in [false, true] {
         let mut stream = server.connect();

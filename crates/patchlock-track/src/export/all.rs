@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::output::{self, Reader};
 use super::{
-    Counts, Error, Frames, Item, Job, Options, Track, Written, check, check_some, check_word,
+    Counts, Error, ExportSummary, Frames, Item, Job, Options, Track, check, check_some, check_word,
 };
 
 /// A clip of an export.
@@ -107,7 +107,7 @@ pub fn write_all(
     options: &Options,
     out: &Path,
     stopped: &dyn Fn() -> bool,
-) -> Result<Written, Error> {
+) -> Result<ExportSummary, Error> {
     check(options)?;
     check_clips(clips.iter().map(|clip| clip.name.as_str()))?;
     output::check(out, false, false)?;
@@ -142,7 +142,7 @@ pub fn write_all(
     output::write_folder(out, items.into_iter().zip(readers).collect(), stopped)?;
     let targets = selected.iter().map(|(track, _)| track.targets_with_boxes()).sum();
     let notes = options.format.notes(clips.iter().map(|clip| &clip.track));
-    Ok(Written { files, targets, boxes, notes })
+    Ok(ExportSummary { files, targets, boxes, notes })
 }
 
 /// Writes a text of each clip to a folder that does not exist yet or is empty, all or nothing: files

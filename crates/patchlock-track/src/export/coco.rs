@@ -141,10 +141,10 @@ fn annotation(ids: &Ids, entry: &Entry, bbox: BoundingBox) -> Value {
     if let Some(status) = entry.status {
         all["attributes"]["status"] = json!(status);
     }
-    if let Some(said) = entry.said {
+    if let Some(manual) = entry.manual {
         all["attributes"]["keyframe"] = json!(true);
-        all["attributes"]["occluded"] = json!(said.occluded);
-        all["attributes"]["truncated"] = json!(said.truncated);
+        all["attributes"]["occluded"] = json!(manual.occluded);
+        all["attributes"]["truncated"] = json!(manual.truncated);
     }
     if let Some(score) = entry.score {
         all["score"] = json!(round(score));

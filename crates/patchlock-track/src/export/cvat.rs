@@ -94,13 +94,14 @@ fn write_task(xml: &mut Document, job: &Job<'_>, frames: usize) {
 fn write_labels(xml: &mut Document, job: &Job<'_>) {
     let mut others: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
     for id in job.track.ids() {
-        let of_target = job.track.about(id).into_iter().flat_map(|about| about.attributes.keys());
+        let of_target =
+            job.track.metadata(id).into_iter().flat_map(|metadata| metadata.attributes.keys());
         let is_declared =
             |name: &str| job.declared(id).iter().any(|attribute| attribute.name == name);
         let of_target = of_target.map(String::as_str).filter(|name| !is_declared(name));
         others.entry(job.label(id)).or_default().extend(of_target);
     }
-    let truncated = job.track.entries().iter().any(|entry| entry.said.is_some());
+    let truncated = job.track.entries().iter().any(|entry| entry.manual.is_some());
     for label in &job.labels {
         xml.element("label", &[], |xml| {
             xml.leaf("name", &[], label);
@@ -197,7 +198,7 @@ impl Shape {
         if rotation != "0" {
             of_box.push(("rotation", &rotation));
         }
-        let truncated = entry.said.map(|said| if said.truncated { "true" } else { "false" });
+        let truncated = entry.manual.map(|manual| if manual.truncated { "true" } else { "false" });
         let own = job.values(entry.id, self.frame).into_iter();
         let inside: Vec<_> = own.chain(truncated.map(|value| (TRUNCATED, value))).collect();
         if inside.is_empty() {

@@ -8,7 +8,7 @@ use std::path::Path;
 use patchlock::BoundingBox;
 
 use super::format::{ImageUse, Purpose};
-use super::sequence::{Found, Sequence, sequences};
+use super::sequence::{BoxEntry, Sequence, sequences};
 use super::track::Entry;
 use super::{Format, Item, Job};
 use crate::Error;
@@ -56,7 +56,7 @@ fn sequence_items(job: &Job<'_>, sequence: &Sequence<'_>, name: &str) -> Vec<Ite
         "[METAINFO]\nurl: unknown\nobject_class: {}\nresolution: ({width}, {height})\n",
         job.label(sequence.id)
     );
-    let label = |name: &str, value: &dyn Fn(Option<Found<'_>>) -> u8| {
+    let label = |name: &str, value: &dyn Fn(Option<BoxEntry<'_>>) -> u8| {
         let values = sequence.frames.iter().map(|(_, found)| format!("{}\n", value(*found)));
         Item::text(folder.join(name), values.collect::<String>())
     };

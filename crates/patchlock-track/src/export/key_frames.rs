@@ -63,7 +63,7 @@ pub fn keys<'a, S: PartialEq>(
     for (k, (entry, _)) in found.iter().enumerate() {
         let ends = found.get(k + 1).is_none_or(|(next, _)| next.frame > entry.frame + 1);
         let now = Some(state(entry));
-        if entry.said.is_some() || before != now || ends {
+        if entry.manual.is_some() || before != now || ends {
             // Between two keys of one run, frames follow each other.
             let between =
                 if before.is_some() { between(&found, [last, k], how, &overlap) } else { vec![] };

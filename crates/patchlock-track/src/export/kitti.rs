@@ -25,8 +25,8 @@ fn text(job: &Job<'_>) -> Result<String, Error> {
     let line = |entry: &Entry| {
         let bbox = entry.found()?;
         // A person says yes or no; otherwise only occlusion may be known.
-        let truncated = entry.said.map_or(-1, |said| i8::from(said.truncated));
-        let occluded = match (entry.said, entry.is_occluded()) {
+        let truncated = entry.manual.map_or(-1, |manual| i8::from(manual.truncated));
+        let occluded = match (entry.manual, entry.is_occluded()) {
             (_, true) => 1,
             (Some(_), false) => 0,
             (None, false) => -1,

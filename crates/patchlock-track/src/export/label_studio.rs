@@ -25,7 +25,7 @@ pub const FORMAT: Format = Format {
 
 /// How the tool is to be told the lengths of the frames, if they are known.
 fn note(track: &Track) -> Option<String> {
-    let Pace { rate, is_even } = Pace::of(track)?;
+    let FrameTiming { rate, is_even } = FrameTiming::of(track)?;
     let uneven = "the frames of this clip differ in length, so a box is in the frame that is shown at \
                   its time; ";
     Some(format!(
@@ -36,14 +36,14 @@ fn note(track: &Track) -> Option<String> {
 }
 
 /// How long frames are.
-struct Pace {
+struct FrameTiming {
     /// Mean number of frames per second.
     rate: f64,
     /// Whether each frame is shown at the time of its number, at this rate.
     is_even: bool,
 }
 
-impl Pace {
+impl FrameTiming {
     /// That of a track; `None` if not all of its frames have times.
     fn of(track: &Track) -> Option<Self> {
         let frames = track.frames();
@@ -63,7 +63,8 @@ fn text(job: &Job<'_>) -> Result<String, Error> {
     // As long as a mean frame, or that of a source without times.
     let step = if last > 0 { end / last as f64 } else { job.track.time(1) };
     let duration = round(end + step * (count - last) as f64);
-    let uneven = Pace::of(job.track).filter(|pace| !pace.is_even).map(|pace| pace.rate);
+    let uneven =
+        FrameTiming::of(job.track).filter(|timing| !timing.is_even).map(|timing| timing.rate);
     let region = |(id, entries): (u64, Vec<&Entry>)| {
         let sequence = sequence(job, uneven, &entries);
         let value = json!({

@@ -39,7 +39,7 @@ pub use all::{Clip, Part, SplitError, split, write_all, write_texts};
 pub use format::{Format, ImageUse, Purpose};
 pub use key_frames::KeyFrames;
 pub use selection::{Counts, Selection};
-pub use track::{About, Entry, Said, Track};
+pub use track::{Entry, ManualFlags, TargetMetadata, Track};
 
 impl Format {
     /// All formats.
@@ -113,7 +113,7 @@ impl Options {
 
 /// What an export has written.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Written {
+pub struct ExportSummary {
     /// The number of files.
     pub files: usize,
     /// The number of targets of which a box is written.
@@ -124,7 +124,7 @@ pub struct Written {
     pub notes: Vec<String>,
 }
 
-impl Written {
+impl ExportSummary {
     /// What is left out, what is doubtful, and what has to be known: sentences without a full stop.
     pub fn remarks(&self) -> Vec<String> {
         [self.boxes.remarks(), self.notes.clone()].concat()
@@ -225,7 +225,7 @@ impl<'a> Job<'a> {
 
     /// The label of a target.
     fn label(&self, id: u64) -> &'a str {
-        self.track.about(id).map_or(self.label, |about| &about.label)
+        self.track.metadata(id).map_or(self.label, |metadata| &metadata.label)
     }
 
     /// The place of a target's label in [`Job::labels`].
@@ -235,7 +235,7 @@ impl<'a> Job<'a> {
 
     /// The values of a target's attributes in a frame, by name.
     fn values(&self, id: u64, frame: usize) -> BTreeMap<&str, &str> {
-        self.track.about(id).map(|about| about.at(frame)).unwrap_or_default()
+        self.track.metadata(id).map(|metadata| metadata.at(frame)).unwrap_or_default()
     }
 
     /// The attributes that the label of a target declares.
@@ -256,7 +256,7 @@ pub fn write(
     options: &Options,
     out: &Path,
     overwrite: bool,
-) -> Result<Written, Error> {
+) -> Result<ExportSummary, Error> {
     write_unless(track, options, out, overwrite, &|| false)
 }
 
@@ -270,7 +270,7 @@ pub fn write_unless(
     out: &Path,
     overwrite: bool,
     stopped: &dyn Fn() -> bool,
-) -> Result<Written, Error> {
+) -> Result<ExportSummary, Error> {
     check_word("label", &options.label)?;
     check(options)?;
     let format = options.format;
@@ -284,7 +284,7 @@ pub fn write_unless(
     }
     let targets = selected.targets_with_boxes();
     let notes = format.notes([track]);
-    let written = |files| Written { files, targets, boxes, notes };
+    let written = |files| ExportSummary { files, targets, boxes, notes };
     if let Some((_, text)) = format.file {
         let text = text(&job)?;
         output::check_not(stopped)?;

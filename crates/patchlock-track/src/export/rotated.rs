@@ -78,7 +78,7 @@ mod tests {
             score: None,
             corners: Some(corners(bbox, degrees)),
             status: None,
-            said: None,
+            manual: None,
         };
         let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-3, "{a} {b}");
         let of = |a: f64, b: f64, c: f64| overlap([&entry(a), &entry(b)], 0.5, &entry(c));

@@ -82,7 +82,7 @@ impl Selection {
         if !entry.frame.is_multiple_of(self.every) {
             return Some(Reason::Between);
         }
-        if entry.said.is_some() {
+        if entry.manual.is_some() {
             return None;
         }
         // Without a box, nobody knows where the target is.
@@ -160,7 +160,7 @@ impl Counts {
             None => &mut self.boxes,
         };
         *count += 1;
-        if reason.is_none() && entry.said.is_none() {
+        if reason.is_none() && entry.manual.is_none() {
             match entry.status {
                 Some(Status::Uncertain) => self.uncertain += 1,
                 Some(Status::Lost) => self.lost += 1,

@@ -8,14 +8,14 @@ use super::track::{Entry, Track};
 use crate::Error;
 
 /// An entry in which the target is found, and its box.
-pub type Found<'a> = (&'a Entry, BoundingBox);
+pub type BoxEntry<'a> = (&'a Entry, BoundingBox);
 
 /// One target over time.
 pub struct Sequence<'a> {
     /// The target.
     pub id: u64,
     /// The tracked frames; `None` where the target is lost or has no box.
-    pub frames: Vec<(usize, Option<Found<'a>>)>,
+    pub frames: Vec<(usize, Option<BoxEntry<'a>>)>,
 }
 
 /// The sequences of all targets that have a box, ordered by id.
@@ -58,7 +58,7 @@ impl Sequence<'_> {
     /// `x,y,w,h` on each line, with `origin` as the coordinate of the first pixel; zeros where the
     /// target is absent.
     pub fn boxes(&self, origin: f64) -> String {
-        let line = |(_, found): &(usize, Option<Found<'_>>)| match found {
+        let line = |(_, found): &(usize, Option<BoxEntry<'_>>)| match found {
             Some((_, bbox)) => format!(
                 "{:.4},{:.4},{:.4},{:.4}\n",
                 bbox.x + origin,

@@ -29,12 +29,12 @@ pub struct Entry {
     /// or the last known one.
     pub status: Option<Status>,
     /// What a person has said of this frame; `None` if nobody has.
-    pub said: Option<Said>,
+    pub manual: Option<ManualFlags>,
 }
 
 /// What a person has said of a target in one frame. With a box, the box is the person's too.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Said {
+pub struct ManualFlags {
     /// The target is not visible; then there is no box.
     pub hidden: bool,
     /// Part of the target is hidden by something else.
@@ -52,7 +52,7 @@ impl Entry {
     /// Whether the target is occluded: as a person has said, or if the score is below 0.5.
     pub(super) fn is_occluded(&self) -> bool {
         let unsure = || self.score.is_some_and(|score| score < OCCLUDED);
-        self.said.map_or_else(unsure, |said| said.occluded)
+        self.manual.map_or_else(unsure, |manual| manual.occluded)
     }
 }
 
@@ -64,7 +64,7 @@ const DEFAULT_RATE: f64 = 30.0;
 
 /// What is known of a target besides its boxes.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct About {
+pub struct TargetMetadata {
     /// Its class, such as `car`.
     pub label: String,
     /// Values of attributes that are the same in all frames, by name.
@@ -73,7 +73,7 @@ pub struct About {
     pub changes: BTreeMap<String, BTreeMap<usize, String>>,
 }
 
-impl About {
+impl TargetMetadata {
     /// The values of all attributes in a frame, by name.
     pub fn at(&self, frame: usize) -> BTreeMap<&str, &str> {
         let fixed = self.attributes.iter().map(|(name, value)| (name.as_str(), value.as_str()));
@@ -96,7 +96,7 @@ pub struct Track {
     times: BTreeMap<usize, f64>,
     /// Milliseconds that the tracker took, by frame.
     ms: BTreeMap<usize, f64>,
-    about: BTreeMap<u64, About>,
+    metadata: BTreeMap<u64, TargetMetadata>,
     declared: BTreeMap<String, Vec<Attribute>>,
 }
 
@@ -181,7 +181,7 @@ impl TryFrom<Row> for Entry {
         };
         let id = row.id.unwrap_or(1);
         let (frame, score, corners, status) = (row.frame, row.score, corners(), row.status);
-        Ok(Self { frame, id, bbox, score, corners, status, said: None })
+        Ok(Self { frame, id, bbox, score, corners, status, manual: None })
     }
 }
 
@@ -215,7 +215,7 @@ impl Track {
                 clip_frames: None,
                 times: BTreeMap::new(),
                 ms: BTreeMap::new(),
-                about: BTreeMap::new(),
+                metadata: BTreeMap::new(),
                 declared: BTreeMap::new(),
             }),
         }
@@ -289,8 +289,8 @@ impl Track {
     /// The same track with what is known of its targets, by id. A target that is not in it has the
     /// label of the [`Options`](super::Options).
     #[must_use]
-    pub fn with_targets(self, about: BTreeMap<u64, About>) -> Self {
-        Self { about, ..self }
+    pub fn with_targets(self, metadata: BTreeMap<u64, TargetMetadata>) -> Self {
+        Self { metadata, ..self }
     }
 
     /// The same track with the attributes that labels declare, by label.
@@ -305,8 +305,8 @@ impl Track {
     }
 
     /// What is known of a target besides its boxes.
-    pub fn about(&self, id: u64) -> Option<&About> {
-        self.about.get(&id)
+    pub fn metadata(&self, id: u64) -> Option<&TargetMetadata> {
+        self.metadata.get(&id)
     }
 
     /// All entries, ordered by frame, then by target.
@@ -322,7 +322,7 @@ impl Track {
             clip_frames: self.clip_frames,
             times: self.times.clone(),
             ms: self.ms.clone(),
-            about: self.about.clone(),
+            metadata: self.metadata.clone(),
             declared: self.declared.clone(),
         }
     }
@@ -440,7 +440,7 @@ fn read_txt(path: &Path) -> Result<Vec<Entry>, Error> {
             score: None,
             corners: None,
             status: None,
-            said: None,
+            manual: None,
         });
     }
     Ok(entries)

@@ -27,7 +27,7 @@ fn set(_: &str, jobs: &[Job<'_>]) -> Result<Vec<Vec<Item>>, Error> {
     let mut names = Names::default();
     let mut clips: Vec<Vec<Item>> = jobs.iter().map(|job| of_clip(job, &mut names)).collect();
     if let Some(first) = clips.first_mut() {
-        first.extend(about(&names, jobs));
+        first.extend(metadata(&names, jobs));
     }
     Ok(clips)
 }
@@ -40,7 +40,7 @@ struct Names {
 }
 
 /// The files of the folder that belong to no image of these clips, which have the same labels.
-fn about(names: &Names, jobs: &[Job<'_>]) -> Vec<Item> {
+fn metadata(names: &Names, jobs: &[Job<'_>]) -> Vec<Item> {
     let set = |name: &str, names: &str| {
         Item::text(Path::new("ImageSets/Main").join(name).with_extension("txt"), names)
     };
@@ -136,7 +136,7 @@ fn objects<'a>(job: &'a Job<'_>, entries: &[Entry]) -> Vec<Object<'a>> {
         let (left, top) = (left.min(width - 1.0) + 1.0, top.min(height - 1.0) + 1.0);
         objects.push(Object {
             label: job.label(entry.id),
-            truncated: !whole || entry.said.is_some_and(|said| said.truncated),
+            truncated: !whole || entry.manual.is_some_and(|manual| manual.truncated),
             occluded: entry.is_occluded(),
             sides: [left, top, right.max(left), bottom.max(top)],
         });

@@ -49,14 +49,14 @@ fn set(name: &str, jobs: &[Job<'_>], shape: Shape) -> Result<Vec<Vec<Item>>, Err
     let clips = jobs.iter().map(|job| of_clip(job, shape));
     let mut clips = clips.collect::<Result<Vec<_>, Error>>()?;
     if let Some(first) = clips.first_mut() {
-        first.push(about(name, jobs));
+        first.push(metadata(name, jobs));
     }
     Ok(clips)
 }
 
 /// What the folder of these clips holds, which have the same labels. Without `path`, Ultralytics
 /// takes the folder of this file, wherever it is and from wherever it is read.
-fn about(name: &str, jobs: &[Job<'_>]) -> Item {
+fn metadata(name: &str, jobs: &[Job<'_>]) -> Item {
     let has_val = jobs.iter().any(|job| job.part == Part::Val);
     let val = if has_val { Part::Val } else { Part::Train };
     let labels = jobs.first().map_or(&[] as &[&str], |job| job.labels.as_slice());

@@ -93,7 +93,7 @@ impl Batch {
         scratch: &mut BatchScratch,
     ) {
         scratch.fit(self.n);
-        Instructions::default().dispatch_eight(Forward {
+        Instructions::default().dispatch_eight(ForwardTransform {
             batch: self,
             planes,
             window,
@@ -135,7 +135,7 @@ impl BatchScratch {
     }
 }
 
-struct Forward<'a> {
+struct ForwardTransform<'a> {
     batch: &'a Batch,
     planes: &'a [f32],
     window: &'a [f32],
@@ -143,7 +143,7 @@ struct Forward<'a> {
     scratch: &'a mut BatchScratch,
 }
 
-impl WithSimd for Forward<'_> {
+impl WithSimd for ForwardTransform<'_> {
     type Output = ();
 
     #[inline(always)]

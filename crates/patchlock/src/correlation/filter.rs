@@ -97,7 +97,7 @@ impl FilterLearner {
         filter: &mut [f32],
         scratch: &mut FilterScratch,
     ) {
-        Instructions::default().dispatch_eight(LearnFilter {
+        Instructions::default().dispatch_eight(FilterSample {
             learner: self,
             fourier,
             sample,
@@ -108,7 +108,7 @@ impl FilterLearner {
 }
 
 /// The arguments of [`FilterLearner::learn`].
-struct LearnFilter<'a> {
+struct FilterSample<'a> {
     learner: &'a FilterLearner,
     fourier: &'a Fourier,
     sample: &'a [Complex32],
@@ -116,7 +116,7 @@ struct LearnFilter<'a> {
     scratch: &'a mut FilterScratch,
 }
 
-impl WithSimd for LearnFilter<'_> {
+impl WithSimd for FilterSample<'_> {
     type Output = ();
 
     #[inline(always)]

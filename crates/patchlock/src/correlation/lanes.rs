@@ -211,10 +211,16 @@ pub fn learn(
     rate: f32,
     (numerator, denominator): (&mut [Complex32], &mut [f32]),
 ) {
-    Instructions::default().dispatch_eight(Learn { label, spectra, rate, numerator, denominator });
+    Instructions::default().dispatch_eight(FilterUpdate {
+        label,
+        spectra,
+        rate,
+        numerator,
+        denominator,
+    });
 }
 
-struct Learn<'a> {
+struct FilterUpdate<'a> {
     label: &'a [Complex32],
     spectra: &'a [Complex32],
     rate: f32,
@@ -222,7 +228,7 @@ struct Learn<'a> {
     denominator: &'a mut [f32],
 }
 
-impl WithSimd for Learn<'_> {
+impl WithSimd for FilterUpdate<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -247,9 +253,9 @@ mod tests {
     use rand_distr::{Distribution, StandardNormal};
     use rand_pcg::Pcg64;
 
-    struct Both<'a>(&'a [Complex32], &'a [Complex32]);
+    struct InnerAndSum<'a>(&'a [Complex32], &'a [Complex32]);
 
-    impl WithSimd for Both<'_> {
+    impl WithSimd for InnerAndSum<'_> {
         type Output = (Complex32, Vec<Complex32>);
 
         #[inline(always)]
@@ -268,17 +274,17 @@ mod tests {
             let [a, b] = [(); 2].map(|()| {
                 (0..count).map(|_| Complex32::new(normal(), normal())).collect::<Vec<_>>()
             });
-            let (expected, out) = Scalar512b.vectorize(Both(&a, &b));
+            let (expected, out) = Scalar512b.vectorize(InnerAndSum(&a, &b));
             let twin: Complex32 = a.iter().zip(&b).map(|(a, b)| a.conj() * b).sum();
             assert!((expected - twin).norm() < 1e-4, "{count}: {expected} and {twin}");
             for (k, out) in out.iter().enumerate() {
                 let twin = a[k] + b[k] * Complex32::new(0.3, -0.7);
                 assert!((out - twin).norm() < 1e-5, "{count}: {out} and {twin}");
             }
-            let found = Scalar256b.vectorize(Both(&a, &b));
+            let found = Scalar256b.vectorize(InnerAndSum(&a, &b));
             assert_eq!(found, (expected, out.clone()), "{count}");
             for (name, instructions) in Instructions::available() {
-                let found = instructions.dispatch_eight(Both(&a, &b));
+                let found = instructions.dispatch_eight(InnerAndSum(&a, &b));
                 assert_eq!(found, (expected, out.clone()), "{name}: {count}");
             }
         }

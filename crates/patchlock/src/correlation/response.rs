@@ -172,18 +172,18 @@ impl<'a> Response<'a> {
     /// The series at a displacement, with its derivatives per cell.
     fn expand(&self, shift: [f64; 2]) -> Series {
         let (n, spectrum) = (self.fourier.side(), self.spectrum);
-        Instructions::default().dispatch_eight(Expand { n, spectrum, shift })
+        Instructions::default().dispatch_eight(SeriesExpansion { n, spectrum, shift })
     }
 }
 
 /// The series that a spectrum is, at a displacement.
-struct Expand<'a> {
+struct SeriesExpansion<'a> {
     n: usize,
     spectrum: &'a [Complex32],
     shift: [f64; 2],
 }
 
-impl WithSimd for Expand<'_> {
+impl WithSimd for SeriesExpansion<'_> {
     type Output = Series;
 
     #[inline(always)]

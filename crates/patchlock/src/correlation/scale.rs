@@ -169,7 +169,7 @@ impl ScaleFilter {
     ) -> f64 {
         self.signals(frame, channels, region, scratch);
         let scales = self.params.scales;
-        Instructions::default().dispatch_eight(Respond { filter: self, scratch });
+        Instructions::default().dispatch_eight(ResponseSpectrum { filter: self, scratch });
         let ScaleScratch { work, response, .. } = scratch;
         // The inverse transform of v is the conjugate of the transform of its conjugate.
         self.fft.process_with_scratch(response, work);
@@ -280,12 +280,12 @@ fn weighted(values: &[Vector], weights: &[f32]) -> Vector {
 }
 
 /// The conjugate spectrum of the response.
-struct Respond<'a> {
+struct ResponseSpectrum<'a> {
     filter: &'a ScaleFilter,
     scratch: &'a mut ScaleScratch,
 }
 
-impl WithSimd for Respond<'_> {
+impl WithSimd for ResponseSpectrum<'_> {
     type Output = ();
 
     #[inline(always)]

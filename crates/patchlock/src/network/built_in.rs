@@ -6,7 +6,7 @@
 //! branches of a head take as few runs as one.
 
 use super::cost::Cost;
-use super::depthwise::{Depthwise, DepthwiseScratch};
+use super::depthwise::{DepthwiseConvolution, DepthwiseScratch};
 use super::graph::CheckedGraph;
 use super::onnx::{FLOAT, INT64, Node, ValueInfo};
 use crate::network_error::{NetworkError, graph as damaged};
@@ -45,7 +45,7 @@ enum Step {
     /// Operators that `rten` computes.
     Operators(Operators),
     Depthwise {
-        convolution: Box<Depthwise>,
+        convolution: Box<DepthwiseConvolution>,
         weights: Weights,
         input: usize,
         output: usize,
@@ -354,7 +354,7 @@ impl Plan<'_> {
             let convolution = self.depthwise(node);
             let after = depth + usize::from(convolution.is_some());
             depths.extend(node.output.iter().map(|name| (name.as_str(), after)));
-            let (nodes, convolutions): &mut (Vec<&Node>, Vec<(Depthwise, &Node)>) =
+            let (nodes, convolutions): &mut (Vec<&Node>, Vec<(DepthwiseConvolution, &Node)>) =
                 levels.entry(depth).or_default();
             match convolution {
                 Some(convolution) => convolutions.push((convolution, node)),
@@ -378,7 +378,7 @@ impl Plan<'_> {
     }
 
     /// The node as a depthwise convolution, if it is one.
-    fn depthwise(&self, node: &Node) -> Option<Depthwise> {
+    fn depthwise(&self, node: &Node) -> Option<DepthwiseConvolution> {
         let [image, weights, bias @ ..] = &node.input[..] else { return None };
         let constant = |name: &String| self.graph.constants.get(name);
         let bias = match bias {
@@ -393,7 +393,7 @@ impl Plan<'_> {
             (None, Some(NodeInfo { shape, element: FLOAT })) => shape.clone(),
             _ => return None,
         };
-        Depthwise::of(node, image, &shape, bias)
+        DepthwiseConvolution::of(node, image, &shape, bias)
     }
 
     /// Operators that `rten` computes, with the values that they take from and give to others.

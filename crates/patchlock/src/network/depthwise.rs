@@ -16,7 +16,7 @@ const ROWS: usize = 8;
 
 /// A depthwise convolution of one image.
 #[derive(Debug, Clone)]
-pub struct Depthwise {
+pub struct DepthwiseConvolution {
     channels: usize,
     /// Height and width of the image, the kernel and the result.
     image: [usize; 2],
@@ -28,7 +28,7 @@ pub struct Depthwise {
     bias: Vec<f32>,
 }
 
-/// Buffers of [`Depthwise::run`], one for each channel that is computed at the same time.
+/// Buffers of [`DepthwiseConvolution::run`], one for each channel that is computed at the same time.
 #[derive(Debug, Default)]
 pub struct DepthwiseScratch {
     padded: Vec<f32>,
@@ -44,7 +44,7 @@ struct Layout {
     rows: usize,
 }
 
-impl Depthwise {
+impl DepthwiseConvolution {
     /// The convolution that a node computes for an image and weights of these shapes, if it is
     /// depthwise.
     pub fn of(
@@ -127,7 +127,7 @@ impl Depthwise {
 
 /// Neighbouring channels, compiled for the instructions in use.
 struct Channels<'a, P> {
-    convolution: &'a Depthwise,
+    convolution: &'a DepthwiseConvolution,
     layout: Layout,
     /// The planes with their numbers.
     planes: P,
@@ -168,8 +168,8 @@ impl<'a, P: Iterator<Item = (usize, &'a [f32])>> WithSimd for Channels<'_, P> {
 
 /// Copies a plane between the zeros.
 #[inline(always)]
-fn pad(convolution: &Depthwise, layout: Layout, plane: &[f32], padded: &mut [f32]) {
-    let Depthwise { stride, before: [top, left], image: [_, width], .. } = *convolution;
+fn pad(convolution: &DepthwiseConvolution, layout: Layout, plane: &[f32], padded: &mut [f32]) {
+    let DepthwiseConvolution { stride, before: [top, left], image: [_, width], .. } = *convolution;
     let rows = padded.chunks_exact_mut(layout.row).skip(top);
     for (row, samples) in rows.zip(plane.chunks_exact(width)) {
         if stride == 1 {
@@ -193,12 +193,12 @@ fn pad(convolution: &Depthwise, layout: Layout, plane: &[f32], padded: &mut [f32
 #[inline(always)]
 fn convolve<S: Simd, const K: usize>(
     simd: S,
-    (convolution, layout): (&Depthwise, Layout),
+    (convolution, layout): (&DepthwiseConvolution, Layout),
     (weights, bias): (&[f32], f32),
     padded: &[f32],
     result: &mut [f32],
 ) {
-    let Depthwise { stride, result: [_, width], .. } = *convolution;
+    let DepthwiseConvolution { stride, result: [_, width], .. } = *convolution;
     let [high, wide] = if K > 0 { [K; 2] } else { convolution.kernel };
     let bias = simd.splat_f32s(bias);
     let (lanes, down) = (S::F32_LANES, stride * layout.row);
@@ -234,9 +234,11 @@ mod tests {
     use proptest::prelude::*;
 
     /// The same by the definition.
-    fn plain(convolution: &Depthwise, image: &[f32], weights: &[f32]) -> Vec<f32> {
-        let Depthwise { image: [height, width], kernel: [high, wide], .. } = *convolution;
-        let Depthwise { result: [rows, columns], before: [top, left], stride, .. } = *convolution;
+    fn plain(convolution: &DepthwiseConvolution, image: &[f32], weights: &[f32]) -> Vec<f32> {
+        let DepthwiseConvolution { image: [height, width], kernel: [high, wide], .. } =
+            *convolution;
+        let DepthwiseConvolution { result: [rows, columns], before: [top, left], stride, .. } =
+            *convolution;
         let mut result = Vec::new();
         for channel in 0..convolution.channels {
             for (y, x) in (0..rows).flat_map(|y| (0..columns).map(move |x| (y, x))) {
@@ -292,7 +294,9 @@ mod tests {
             let weights: Vec<f32> = (0..channels * high * wide).map(value(seed)).collect();
             let bias = tensor(&[channels], value(seed + 1));
             let shape = [1, channels, height, width];
-            let Some(convolution) = Depthwise::of(&node, &shape, &[channels, 1, high, wide], Some(&bias)) else {
+            let weights_shape = [channels, 1, high, wide];
+            let convolution = DepthwiseConvolution::of(&node, &shape, &weights_shape, Some(&bias));
+            let Some(convolution) = convolution else {
                 // Only where the kernel is larger than the padded image.
                 let fits = |length: usize, padding: i64, kernel| length + padding as usize >= kernel;
                 prop_assert!(!fits(height, pads[0] + pads[2], high) || !fits(width, pads[1] + pads[3], wide));
@@ -310,7 +314,7 @@ mod tests {
     #[test]
     fn other_convolutions_are_left_to_the_runtime() {
         let of = |ints: &[(&str, &[i64])], group, image: &[usize], weights: &[usize]| {
-            Depthwise::of(&node(ints, group), image, weights, None).is_some()
+            DepthwiseConvolution::of(&node(ints, group), image, weights, None).is_some()
         };
         let image = [1, 4, 9, 9];
         assert!(of(&[], 4, &image, &[4, 1, 3, 3]));

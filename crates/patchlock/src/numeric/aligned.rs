@@ -8,9 +8,9 @@ const LINE: usize = 64;
 
 /// A growable array of `f32` that begins at a cache line.
 #[derive(Debug, Clone)]
-pub struct Aligned(AVec<f32, ConstAlign<LINE>>);
+pub struct AlignedVec(AVec<f32, ConstAlign<LINE>>);
 
-impl Aligned {
+impl AlignedVec {
     /// Reserves space for this length.
     pub fn reserve(&mut self, length: usize) {
         self.0.reserve(length.saturating_sub(self.0.len()));
@@ -28,13 +28,13 @@ impl Aligned {
     }
 }
 
-impl Default for Aligned {
+impl Default for AlignedVec {
     fn default() -> Self {
         Self(AVec::new(LINE))
     }
 }
 
-impl Deref for Aligned {
+impl Deref for AlignedVec {
     type Target = [f32];
 
     fn deref(&self) -> &[f32] {
@@ -42,7 +42,7 @@ impl Deref for Aligned {
     }
 }
 
-impl DerefMut for Aligned {
+impl DerefMut for AlignedVec {
     fn deref_mut(&mut self) -> &mut [f32] {
         &mut self.0
     }

@@ -80,9 +80,9 @@ mod tests {
     use proptest::prelude::*;
     use pulp::WithSimd;
 
-    struct Wide<'a>(&'a [f64], &'a [f64]);
+    struct WideDots<'a>(&'a [f64], &'a [f64]);
 
-    impl WithSimd for Wide<'_> {
+    impl WithSimd for WideDots<'_> {
         type Output = [f64; 3];
 
         #[inline(always)]
@@ -103,7 +103,7 @@ mod tests {
             let wide = pairs.iter().map(|&(a, b)| (f64::from(a), f64::from(b)));
             let (wide_a, wide_b): (Vec<f64>, Vec<f64>) = wide.unzip();
             for (name, instructions) in Instructions::available() {
-                let wide = instructions.dispatch(Wide(&wide_a, &wide_b));
+                let wide = instructions.dispatch(WideDots(&wide_a, &wide_b));
                 prop_assert!(wide[0].to_bits() == dot(&a, &b).to_bits(), "{name}");
                 prop_assert!(wide[1].to_bits() == dot(&a, &a).to_bits(), "{name}");
                 prop_assert!(wide[2].to_bits() == wide[0].to_bits(), "{name}");

@@ -90,13 +90,13 @@ mod tests {
         assert!(bytes.len() < 4 * values.len() + 8);
         assert_eq!(bits(&rmp_serde::from_slice(&bytes).unwrap()), expected);
         // Two bytes are missing.
-        let damaged = rmp_serde::to_vec(&Damaged).unwrap();
+        let damaged = rmp_serde::to_vec(&DamagedNumbers).unwrap();
         assert!(rmp_serde::from_slice::<SavedNumbers>(&damaged).is_err());
     }
 
-    struct Damaged;
+    struct DamagedNumbers;
 
-    impl Serialize for Damaged {
+    impl Serialize for DamagedNumbers {
         fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
             serializer.serialize_bytes(&[0; 10])
         }

@@ -17,15 +17,15 @@ const MAX_SWEEPS: usize = 60;
 /// Rotates the columns, stored one after the other with `dim` samples each, until all pairs are
 /// orthogonal.
 pub fn orthogonalise(columns: &mut [f64], dim: usize) {
-    Instructions::default().dispatch_eight(Orthogonalise { columns, dim });
+    Instructions::default().dispatch_eight(Orthogonalisation { columns, dim });
 }
 
-struct Orthogonalise<'a> {
+struct Orthogonalisation<'a> {
     columns: &'a mut [f64],
     dim: usize,
 }
 
-impl WithSimd for Orthogonalise<'_> {
+impl WithSimd for Orthogonalisation<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -127,7 +127,7 @@ mod tests {
         let samples: Vec<f64> = (0..70 * 9).map(|k| f64::from(k * 7919 % 251) / 251.0).collect();
         let rotated = |instructions: Instructions| {
             let mut columns = samples.clone();
-            instructions.dispatch_eight(Orthogonalise { columns: &mut columns, dim: 70 });
+            instructions.dispatch_eight(Orthogonalisation { columns: &mut columns, dim: 70 });
             columns
         };
         let plain = rotated(Instructions::Plain);

@@ -30,9 +30,9 @@ pub struct ThreadTeam<'a> {
 }
 
 /// Runs a function when dropped, also during a panic.
-struct OnDrop<F: FnMut()>(F);
+struct DropGuard<F: FnMut()>(F);
 
-impl<F: FnMut()> Drop for OnDrop<F> {
+impl<F: FnMut()> Drop for DropGuard<F> {
     fn drop(&mut self) {
         (self.0)();
     }
@@ -51,7 +51,7 @@ impl<'a> ThreadTeam<'a> {
             helpers,
             || team.help(),
             || {
-                let _end = OnDrop(|| team.finished.store(true, Ordering::Release));
+                let _end = DropGuard(|| team.finished.store(true, Ordering::Release));
                 lead(&team);
             },
         );
@@ -85,7 +85,7 @@ impl<'a> ThreadTeam<'a> {
         let take = |open: usize| open.checked_sub(1);
         let taken = self.open.fetch_update(Ordering::Acquire, Ordering::Relaxed, take);
         let Ok(open) = taken else { return false };
-        let _done = OnDrop(|| {
+        let _done = DropGuard(|| {
             self.unfinished.fetch_sub(1, Ordering::Release);
         });
         (self.task)(open - 1);

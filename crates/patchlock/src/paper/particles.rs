@@ -117,8 +117,8 @@ mod tests {
     fn spread_is_the_motions() {
         let drawn = particles(&motion(SIGMA), &LAST, 20_000, 7);
         let n = drawn.len() as f64;
-        type Pick = fn(&State) -> f64;
-        let fields: [(Pick, f64, f64); 6] = [
+        type Component = fn(&State) -> f64;
+        let fields: [(Component, f64, f64); 6] = [
             (|s| s.x, 100.0, 6.0),
             (|s| s.y, 50.0, 6.0),
             (|s| s.scale, 1.2, 0.02),

@@ -222,19 +222,19 @@ impl Crop {
         out: &mut Planes,
     ) {
         out.reshape(self.size, channels);
-        Instructions::default().dispatch_eight(Resample { crop: self, frame, scratch, out });
+        Instructions::default().dispatch_eight(Resampling { crop: self, frame, scratch, out });
     }
 }
 
 /// The resampling, compiled for the instructions in use.
-struct Resample<'a> {
+struct Resampling<'a> {
     crop: &'a Crop,
     frame: &'a Frame<'a>,
     scratch: &'a mut CropScratch,
     out: &'a mut Planes,
 }
 
-impl WithSimd for Resample<'_> {
+impl WithSimd for Resampling<'_> {
     type Output = ();
 
     #[inline(always)]

@@ -70,7 +70,7 @@ impl PatchGrid {
         location: usize,
         out: &mut [f32],
     ) {
-        Instructions::default().dispatch(Cut { grid: self, templates, location, out });
+        Instructions::default().dispatch(PatchCutter { grid: self, templates, location, out });
     }
 
     #[inline(always)]
@@ -115,14 +115,14 @@ impl PatchGrid {
 }
 
 /// Cuts patches of one location, compiled for the instructions in use.
-struct Cut<'a, T> {
+struct PatchCutter<'a, T> {
     grid: &'a PatchGrid,
     templates: T,
     location: usize,
     out: &'a mut [f32],
 }
 
-impl<'a, T: Iterator<Item = &'a [f32]>> WithSimd for Cut<'_, T> {
+impl<'a, T: Iterator<Item = &'a [f32]>> WithSimd for PatchCutter<'_, T> {
     type Output = ();
 
     #[inline(always)]
@@ -144,12 +144,12 @@ impl<'a, T: Iterator<Item = &'a [f32]>> WithSimd for Cut<'_, T> {
 /// Divides a vector by its L2 norm. A vector of zeros, or one whose norm is not finite, becomes
 /// zero.
 pub fn normalise(vector: &mut [f32]) {
-    Instructions::default().dispatch(Normalise(vector));
+    Instructions::default().dispatch(Normalisation(vector));
 }
 
-struct Normalise<'a>(&'a mut [f32]);
+struct Normalisation<'a>(&'a mut [f32]);
 
-impl WithSimd for Normalise<'_> {
+impl WithSimd for Normalisation<'_> {
     type Output = ();
 
     #[inline(always)]

@@ -15,24 +15,24 @@ use patchlock_testdata::slow;
 
 /// What one frame did: the number of allocations, and the change of the number of bytes held.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Counted {
+struct AllocationCount {
     frame: usize,
     calls: u64,
     held: i64,
 }
 
 /// A tracker that runs forwards and backwards over the sequence, so that the target never jumps.
-struct Endless {
+struct BackAndForthTracker {
     tracker: Tracker,
     frame: usize,
 }
 
-impl Endless {
+impl BackAndForthTracker {
     fn new(config: &TrackerConfig) -> Self {
         Self { tracker: SIMPLE.begin(config, 0), frame: 0 }
     }
 
-    fn step(&mut self) -> Counted {
+    fn step(&mut self) -> AllocationCount {
         self.frame += 1;
         let last = SIMPLE.len() - 1;
         let position = self.frame % (2 * last);
@@ -40,7 +40,7 @@ impl Endless {
         let info = measure(|| {
             self.tracker.update(&frame).unwrap();
         });
-        Counted { frame: self.frame, calls: info.count_total, held: info.bytes_current }
+        AllocationCount { frame: self.frame, calls: info.count_total, held: info.bytes_current }
     }
 }
 
@@ -50,9 +50,9 @@ fn on_one_thread<T: Send>(run: impl FnOnce() -> T + Send) -> T {
 }
 
 /// The frames after the warm-up.
-fn warm_frames(config: &TrackerConfig, warm_up: usize) -> Vec<Counted> {
+fn warm_frames(config: &TrackerConfig, warm_up: usize) -> Vec<AllocationCount> {
     on_one_thread(|| {
-        let mut endless = Endless::new(config);
+        let mut endless = BackAndForthTracker::new(config);
         let first = endless.step();
         assert!(first.calls > 0, "the first frame must allocate: {first:?}");
         (1..2 * warm_up).map(|_| endless.step()).skip(warm_up - 1).collect()
@@ -82,7 +82,7 @@ fn with_a_network_only_the_queue_of_the_runtime_allocates_here() {
 fn held(config: &TrackerConfig, count: usize, every: usize) -> Vec<i64> {
     on_one_thread(|| {
         let mut endless = None;
-        let mut held = measure(|| endless = Some(Endless::new(config))).bytes_current;
+        let mut held = measure(|| endless = Some(BackAndForthTracker::new(config))).bytes_current;
         let mut endless = endless.unwrap();
         let mut after = |steps| (0..steps).map(|_| endless.step().held).sum::<i64>();
         (0..count / every)

@@ -125,11 +125,11 @@ fn base_of(method: &Method, row: &Parameter) -> TrackerConfig {
 }
 
 /// An estimate, and everything that an observer saw on its frame.
-type Seen = (Estimate, String);
+type ObservedEstimate = (Estimate, String);
 
 /// Tracks to the tree, or with the method `robust`, which can find the target again, past it; a
 /// frame at a time, so that a difference is known as soon as it is there.
-fn track(config: &TrackerConfig) -> impl Iterator<Item = Seen> {
+fn track(config: &TrackerConfig) -> impl Iterator<Item = ObservedEstimate> {
     let mut tracker = OCCLUDED.begin(config, 16);
     let end = if config.method.name() == "robust" { OCCLUDED.len() } else { 34 };
     (17..end).map(move |k| {
@@ -275,7 +275,7 @@ fn every_field_matters() {
     let step = if slow("every_field_matters", 20) { 1 } else { 10 };
     let mut without_effect = Vec::new();
     for method in all().iter().map(|config| &config.method) {
-        let mut tracked: HashMap<String, Vec<Seen>> = HashMap::new();
+        let mut tracked: HashMap<String, Vec<ObservedEstimate>> = HashMap::new();
         for parameter in rows(method).filter(|row| base_of(method, row).reads(row)).step_by(step) {
             for value in others(parameter) {
                 let mut config = base_of(method, parameter);
@@ -301,7 +301,7 @@ fn what_is_not_read_has_no_effect() {
     upright.set("rotate", false).unwrap();
     let names = ["rotation_least", "turning_rate"];
     for (config, names) in [(upright, &names[..]), (network(), &["seed"])] {
-        let before: Vec<Seen> = track(&config).collect();
+        let before: Vec<ObservedEstimate> = track(&config).collect();
         let unread = |row: &&Parameter| row.is_used_by(&config.method) && !config.reads(row);
         let unread: Vec<_> = PARAMETERS.iter().filter(unread).collect();
         for name in names {

@@ -3,8 +3,8 @@
 use crate::methods::{all, complete_many};
 use crate::sequence::{SIMPLE, bits};
 use patchlock::{
-    BoundingBox, Error, Estimate, Frame, FrameView, MultiSnapshot, MultiTracker, TargetId, Tracked,
-    Tracker, TrackerConfig,
+    BoundingBox, Error, Estimate, Frame, FrameView, MultiSnapshot, MultiTracker, TargetEstimate,
+    TargetId, Tracker, TrackerConfig,
 };
 use std::collections::BTreeMap;
 
@@ -23,8 +23,8 @@ fn boxes(count: usize) -> Vec<BoundingBox> {
 /// The estimates of each target, in the order of frames.
 type Tracks = BTreeMap<u64, Vec<Estimate>>;
 
-fn keep(tracks: &mut Tracks, tracked: &[Tracked]) {
-    for Tracked { id, estimate } in tracked {
+fn keep(tracks: &mut Tracks, tracked: &[TargetEstimate]) {
+    for TargetEstimate { id, estimate } in tracked {
         tracks.entry(id.number()).or_default().push(estimate.clone());
     }
 }
@@ -99,8 +99,9 @@ fn check_restart(config: TrackerConfig) {
     other.update(&SIMPLE.frame(1)).unwrap();
     for k in 2..8 {
         let frame = SIMPLE.frame(k);
-        let expected = [(ids[0], &mut fresh), (ids[1], &mut other)]
-            .map(|(id, tracker)| Tracked { id, estimate: tracker.update(&frame).unwrap().clone() });
+        let expected = [(ids[0], &mut fresh), (ids[1], &mut other)].map(|(id, tracker)| {
+            TargetEstimate { id, estimate: tracker.update(&frame).unwrap().clone() }
+        });
         assert_eq!(tracker.update(&frame).unwrap(), expected);
     }
 }
@@ -127,7 +128,7 @@ fn an_observer_sees_what_those_of_separate_trackers_see() {
                 let mut observer =
                     |view: &FrameView<'_>| expected_views.push((id, format!("{view:?}")));
                 let estimate = tracker.update_observed(&frame, &mut observer).unwrap().clone();
-                expected.push(Tracked { id, estimate });
+                expected.push(TargetEstimate { id, estimate });
             }
             let mut views = Vec::new();
             let mut observer =

@@ -15,7 +15,7 @@ const CLEAR: f64 = 1e-9;
 #[derive(Deserialize)]
 struct File {
     limit: usize,
-    scales: BTreeMap<String, ScaleOf>,
+    scales: BTreeMap<String, GoldenScale>,
     images: Vec<Vec<f32>>,
     settings: Vec<Setting>,
     agree: Vec<Scene>,
@@ -24,7 +24,7 @@ struct File {
 }
 
 #[derive(Deserialize)]
-struct ScaleOf {
+struct GoldenScale {
     size: usize,
     step: usize,
     locations: usize,
@@ -173,7 +173,7 @@ impl Problem<'_> {
 
 impl File {
     fn grid(&self, scale: &str) -> PatchGrid {
-        let ScaleOf { size, step, locations } = self.scales[scale];
+        let GoldenScale { size, step, locations } = self.scales[scale];
         let grid = PatchGrid::new(32, size, step, false);
         assert_eq!(grid.locations(), locations);
         grid

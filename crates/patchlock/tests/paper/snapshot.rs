@@ -18,12 +18,12 @@ const RNG: &str = "the random number generator";
 
 /// A snapshot in a form that can be damaged.
 #[derive(Clone)]
-struct Saved {
+struct EditableSnapshot {
     value: Value,
     rng: String,
 }
 
-impl Saved {
+impl EditableSnapshot {
     fn new(tracker: &Tracker) -> Self {
         let text = serde_json::to_string(&tracker.snapshot()).unwrap();
         let (before, rest) = text.split_once(r#""rng":"#).unwrap();
@@ -71,7 +71,7 @@ fn lengthen(array: &mut Value) {
 
 #[test]
 fn a_damaged_snapshot_is_refused() {
-    let good = Saved::new(&after(12, &paper()));
+    let good = EditableSnapshot::new(&after(12, &paper()));
     good.restore().unwrap();
     let replaced = [
         ("/config/paper/particles", json!(0)),
@@ -134,7 +134,7 @@ fn a_damaged_snapshot_is_refused() {
 
 #[test]
 fn an_error_names_the_part_that_does_not_fit() {
-    let good = Saved::new(&after(12, &paper()));
+    let good = EditableSnapshot::new(&after(12, &paper()));
     let message = |at: &str, value: Value| good.with(at, value).restore().unwrap_err();
     assert!(message("/track/target/paper/model/templates", json!([])).contains("templates"));
     assert!(message("/track/target/paper/model/small_buffer", json!([])).contains("buffers"));
@@ -160,7 +160,7 @@ fn an_odd_snapshot_never_panics() {
     let mut config = paper();
     config.set("update_interval", 2).unwrap();
     for frames in [3, 13] {
-        let good = Saved::new(&after(frames, &config));
+        let good = EditableSnapshot::new(&after(frames, &config));
         for (at, value) in &odd {
             if good.value.pointer(at).is_none_or(|v| v.as_array().is_some_and(Vec::is_empty)) {
                 continue;

@@ -29,7 +29,7 @@ const FOUND_WITHIN: usize = 10;
 const BACK: f64 = 0.9;
 
 /// A scene up to the first return, and what the tracker says of it.
-struct Course {
+struct AbsenceRun {
     name: String,
     scene: Scene,
     /// The first frames in which nothing of the target is visible.
@@ -40,7 +40,7 @@ struct Course {
     estimates: Vec<(usize, Estimate)>,
 }
 
-impl Course {
+impl AbsenceRun {
     fn new(absences: Absences, seed: u64) -> Self {
         let scene = Scene::new(SceneConfig::long(LONGEST, absences, TURN, seed));
         let first = |from: usize, is: &dyn Fn(Truth) -> bool| {
@@ -101,13 +101,13 @@ impl Course {
 #[test]
 fn a_target_behind_a_post_is_lost_and_found() {
     for seed in SEEDS {
-        Course::new(Absences::BehindPost, seed).check();
+        AbsenceRun::new(Absences::BehindPost, seed).check();
     }
 }
 
 #[test]
 fn a_target_outside_the_frame_is_lost_and_found() {
     for seed in SEEDS {
-        Course::new(Absences::OutsideFrame, seed).check();
+        AbsenceRun::new(Absences::OutsideFrame, seed).check();
     }
 }

@@ -20,11 +20,11 @@ const ONE_SIDE: f64 = 0.4;
 const SHOWS: f64 = 0.25;
 
 /// What is said of each frame of a scene in which a trunk hides half of the target.
-type Course = (Scene, Vec<(usize, Estimate)>);
+type TrackedScene = (Scene, Vec<(usize, Estimate)>);
 
-static COURSES: LazyLock<[Course; 2]> = LazyLock::new(|| SEEDS.map(course));
+static TRACKED_SCENES: LazyLock<[TrackedScene; 2]> = LazyLock::new(|| SEEDS.map(tracked_scene));
 
-fn course(seed: u64) -> Course {
+fn tracked_scene(seed: u64) -> TrackedScene {
     let scene = Scene::new(SceneConfig { seed, ..SceneConfig::occluded() });
     let estimates = track(&scene, 0..scene.len(), config());
     (scene, estimates)
@@ -44,7 +44,7 @@ fn halves(map: &VisibilityMap) -> [f64; 2] {
 
 #[test]
 fn the_hidden_side_is_marked() {
-    for (seed, (scene, estimates)) in SEEDS.iter().zip(&*COURSES) {
+    for (seed, (scene, estimates)) in SEEDS.iter().zip(&*TRACKED_SCENES) {
         let trunk = scene.config().post.unwrap().centre_x;
         let mut checked = [0; 2];
         for (k, estimate) in estimates {
@@ -64,7 +64,7 @@ fn the_hidden_side_is_marked() {
 
 #[test]
 fn the_hidden_share_is_nearly_right() {
-    for (seed, (scene, estimates)) in SEEDS.iter().zip(&*COURSES) {
+    for (seed, (scene, estimates)) in SEEDS.iter().zip(&*TRACKED_SCENES) {
         let off = |(k, estimate): &(usize, Estimate)| {
             let said = 1.0 - estimate.visibility.as_ref().unwrap().share();
             (said - scene.truth(*k).hidden).abs()

@@ -108,7 +108,7 @@ impl RunManifest {
 
 /// The contents of the two files of a run.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Written {
+pub struct RunFiles {
     /// Contents of `<run>.txt`.
     pub boxes: String,
     /// Contents of `<run>.json`.
@@ -147,7 +147,7 @@ impl Series {
         trajectory: Trajectory,
         threads: usize,
         jobs: usize,
-    ) -> Written {
+    ) -> RunFiles {
         let boxes = text_of(&trajectory.boxes, self.origin);
         let manifest = RunManifest {
             tracker: self.tracker.clone(),
@@ -171,7 +171,7 @@ impl Series {
             score: of_all(trajectory.scores, trajectory.boxes.len()),
             status: of_all(trajectory.statuses, trajectory.boxes.len()),
         };
-        Written { boxes, manifest: serde_json::to_string(&manifest).unwrap_or_default() }
+        RunFiles { boxes, manifest: serde_json::to_string(&manifest).unwrap_or_default() }
     }
 }
 

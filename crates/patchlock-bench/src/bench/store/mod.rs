@@ -27,7 +27,7 @@ use files::write_atomically;
 pub use identity::Identity;
 use identity::difference;
 pub(in crate::bench) use identity::with_seed;
-pub use manifest::{Manifest, RunManifest, Trajectory, Written};
+pub use manifest::{Manifest, RunFiles, RunManifest, Trajectory};
 
 /// Version of the folder's format.
 const FORMAT: u32 = 1;
@@ -196,7 +196,7 @@ impl Store {
     ///
     /// # Errors
     /// [`Error::Track`].
-    pub fn keep(&self, run: &Run<'_>, written: &Written) -> Result<(), Error> {
+    pub fn keep(&self, run: &Run<'_>, written: &RunFiles) -> Result<(), Error> {
         let stem = self.stem(run);
         let folder = stem.parent().unwrap_or(&self.folder);
         fs::create_dir_all(folder).map_err(|error| Error::write(folder, error))?;

@@ -22,7 +22,7 @@ use crate::trax::message::Message;
 use crate::trax::region::{POLYGON, RECTANGLE, Region};
 use patchlock_track::names::beginning;
 use patchlock_track::session;
-use process::{MAX_LINE_BYTES, NoLine, Process};
+use process::{MAX_LINE_BYTES, Process, ReadLineError};
 
 /// The newest supported version of the protocol. Versions 1 to 3 do not differ in anything used
 /// here.
@@ -105,14 +105,14 @@ fn next(process: &mut Process, what: &str) -> Result<Message, String> {
             Some(Err(reason)) => Err(format!("invalid message \"{}\": {reason}", beginning(&line))),
             None => Err(format!("not a message: {}", beginning(&line))),
         },
-        Err(NoLine::TimedOut(seconds)) => Err(format!(
+        Err(ReadLineError::TimedOut(seconds)) => Err(format!(
             "the tracker did not send {what} within {seconds} s{}",
             process.recent_output()
         )),
-        Err(NoLine::TooLong) => {
+        Err(ReadLineError::TooLong) => {
             Err(format!("the tracker sent a message of more than {MAX_LINE_BYTES} bytes"))
         }
-        Err(NoLine::Exited(status)) => Err(format!(
+        Err(ReadLineError::Exited(status)) => Err(format!(
             "the tracker exited ({status}) without sending {what}{}",
             process.recent_output()
         )),

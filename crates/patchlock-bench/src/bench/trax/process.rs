@@ -20,7 +20,7 @@ const EXIT_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// Why there is no next line.
 #[derive(Debug)]
-pub enum NoLine {
+pub enum ReadLineError {
     /// The time limit passed, in seconds.
     TimedOut(f64),
     /// The program exited, with its exit status in words.
@@ -88,22 +88,24 @@ impl Process {
     }
 
     /// The next line that is `wanted`; other lines are kept for error messages.
-    pub fn next(&mut self, wanted: impl Fn(&str) -> bool) -> Result<String, NoLine> {
+    pub fn next(&mut self, wanted: impl Fn(&str) -> bool) -> Result<String, ReadLineError> {
         let end = Instant::now() + self.timeout;
         loop {
             // A program that never stops writing other lines has no more time than a silent one.
             let left = end.saturating_duration_since(Instant::now());
             if left.is_zero() {
-                return Err(NoLine::TimedOut(self.timeout.as_secs_f64()));
+                return Err(ReadLineError::TimedOut(self.timeout.as_secs_f64()));
             }
             match self.lines.recv_timeout(left) {
                 Ok(line) if !wanted(&line.text) => drop(remember(&self.output, &line.text)),
                 Ok(line) if line.whole => return Ok(line.text),
-                Ok(_) => return Err(NoLine::TooLong),
+                Ok(_) => return Err(ReadLineError::TooLong),
                 Err(RecvTimeoutError::Timeout) => {
-                    return Err(NoLine::TimedOut(self.timeout.as_secs_f64()));
+                    return Err(ReadLineError::TimedOut(self.timeout.as_secs_f64()));
                 }
-                Err(RecvTimeoutError::Disconnected) => return Err(NoLine::Exited(self.status())),
+                Err(RecvTimeoutError::Disconnected) => {
+                    return Err(ReadLineError::Exited(self.status()));
+                }
             }
         }
     }
@@ -195,7 +197,7 @@ mod tests {
         }
         assert_eq!(process.next(|_| true).unwrap(), "hello");
         let sleeper = process.next(|_| true).unwrap();
-        assert!(matches!(process.next(|_| true), Err(NoLine::TimedOut(_))));
+        assert!(matches!(process.next(|_| true), Err(ReadLineError::TimedOut(_))));
         drop(process);
         assert!(Command::new("kill").arg(sleeper).status().unwrap().success());
     }

@@ -1,7 +1,7 @@
 //! What plots of shares have in common: axes, and a ranked legend beside them.
 
 use super::Axis;
-use crate::report::palette::Look;
+use crate::report::palette::LineStyle;
 use crate::report::svg::{Anchor, Svg, escape};
 
 const LEFT: f64 = 58.0;
@@ -23,7 +23,7 @@ pub struct Entry<'a> {
     /// The number beside it.
     pub score: f64,
     /// The line style; `None` for a tracker that is only counted.
-    pub look: Option<Look>,
+    pub style: Option<LineStyle>,
 }
 
 /// A plot of shares, 0 to 1, without its lines.
@@ -62,7 +62,7 @@ impl Chart<'_> {
 
     /// The height of the area with the lines: a long legend increases it.
     fn height(&self) -> f64 {
-        let named = self.entries.iter().filter(|entry| entry.look.is_some()).count();
+        let named = self.entries.iter().filter(|entry| entry.style.is_some()).count();
         let others = usize::from(named < self.entries.len());
         AREA[1].max(ROW * (named + others + 1) as f64)
     }
@@ -106,14 +106,14 @@ impl Chart<'_> {
         svg.text([left, y], 12.0, "soft", Anchor::Start, "rank");
         svg.text([left + LEGEND - 8.0, y], 12.0, "soft", Anchor::End, self.score_label);
         for (k, entry) in self.entries.iter().enumerate() {
-            let Some(look) = entry.look else { continue };
+            let Some(style) = entry.style else { continue };
             y += ROW;
-            if look.strong {
+            if style.strong {
                 svg.rect("chosen", [left - 4.0, y - 15.0], [LEGEND, ROW - 1.0]);
             }
             svg.text([left + 20.0, y], 13.0, "soft", Anchor::End, &format!("{}", k + 1));
             svg.polyline(
-                &look.line(),
+                &style.line(),
                 &[[left + 28.0, y - 4.5], [left + 62.0, y - 4.5]],
                 entry.name,
             );
@@ -126,7 +126,7 @@ impl Chart<'_> {
                 &format!("[{:.3}]", entry.score),
             );
         }
-        let others = self.entries.iter().filter(|entry| entry.look.is_none()).count();
+        let others = self.entries.iter().filter(|entry| entry.style.is_none()).count();
         if others > 0 {
             y += ROW;
             svg.polyline(

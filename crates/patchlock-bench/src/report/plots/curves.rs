@@ -3,7 +3,7 @@
 
 use super::chart::{Chart, Entry};
 use super::{Axis, Plot};
-use crate::report::palette::Look;
+use crate::report::palette::LineStyle;
 use crate::report::svg::Svg;
 
 /// The line of one tracker.
@@ -16,7 +16,7 @@ pub struct Line<'a> {
     /// The score, by which trackers are ranked.
     pub score: f64,
     /// The line style; `None` for a pale line without a name.
-    pub look: Option<Look>,
+    pub style: Option<LineStyle>,
 }
 
 /// The contents of the plot.
@@ -48,7 +48,7 @@ impl Curves<'_> {
         let entries = self.lines.iter().map(|line| Entry {
             name: line.name,
             score: line.score,
-            look: line.look,
+            style: line.style,
         });
         let chart = Chart {
             title: &self.title,
@@ -84,7 +84,7 @@ impl Curves<'_> {
 
     /// Draws pale lines first, then the named ones from worst to best, the strong ones on top.
     fn draw_lines(&self, svg: &mut Svg, x: Axis, y: Axis) {
-        let depth = |line: &Line| line.look.map_or(0, |look| if look.strong { 2 } else { 1 });
+        let depth = |line: &Line| line.style.map_or(0, |style| if style.strong { 2 } else { 1 });
         for layer in 0..=2 {
             for line in self.lines.iter().rev().filter(|line| depth(line) == layer) {
                 let points: Vec<[f64; 2]> = self
@@ -94,7 +94,7 @@ impl Curves<'_> {
                     .map(|(&t, &v)| [x.at(t), y.at(v)])
                     .collect();
                 let pale = || "class=\"other\" stroke-width=\"1\"".to_string();
-                let attributes = line.look.map_or_else(pale, Look::line);
+                let attributes = line.style.map_or_else(pale, LineStyle::line);
                 svg.polyline(&attributes, &points, &format!("{} [{:.3}]", line.name, line.score));
             }
         }
@@ -120,8 +120,9 @@ mod tests {
     use super::*;
 
     fn curves<'a>(names: &'a [String], values: &'a [f64]) -> Curves<'a> {
-        let look =
-            |k: usize| (k < 2).then(|| if k == 0 { Look::FIRST } else { Look::other(k, false) });
+        let style = |k: usize| {
+            (k < 2).then(|| if k == 0 { LineStyle::FIRST } else { LineStyle::other(k, false) })
+        };
         Curves {
             file: "success".into(),
             title: "Success".into(),
@@ -134,7 +135,7 @@ mod tests {
             lines: names
                 .iter()
                 .enumerate()
-                .map(|(k, name)| Line { name, values, score: 0.5, look: look(k) })
+                .map(|(k, name)| Line { name, values, score: 0.5, style: style(k) })
                 .collect(),
         }
     }
@@ -158,7 +159,7 @@ mod tests {
         many.lines
             .iter_mut()
             .enumerate()
-            .for_each(|(k, line)| line.look = Some(Look::other(k, false)));
+            .for_each(|(k, line)| line.style = Some(LineStyle::other(k, false)));
         assert!(many.plot().size[1] > curves(&names, &[1.0]).plot().size[1]);
     }
 }

@@ -4,7 +4,7 @@
 use super::chart::{Chart, Entry};
 use super::{Axis, Plot};
 use crate::metrics::{BINS, Bin};
-use crate::report::palette::Look;
+use crate::report::palette::LineStyle;
 use crate::report::svg::Svg;
 
 const TICKS: [f64; 6] = [0.0, 0.2, 0.4, 0.6, 0.8, 1.0];
@@ -21,7 +21,7 @@ pub struct Line<'a> {
     /// The expected calibration error of these bins.
     pub ece: f64,
     /// The line style.
-    pub look: Look,
+    pub style: LineStyle,
 }
 
 /// The contents of the plot.
@@ -39,7 +39,7 @@ impl Reliability<'_> {
         let entries = self.lines.iter().map(|line| Entry {
             name: line.name,
             score: line.ece,
-            look: Some(line.look),
+            style: Some(line.style),
         });
         let chart = Chart {
             title: &self.title,
@@ -62,7 +62,7 @@ impl Reliability<'_> {
         ));
         // The strong lines on top.
         for is_strong in [false, true] {
-            for line in self.lines.iter().rev().filter(|line| line.look.strong == is_strong) {
+            for line in self.lines.iter().rev().filter(|line| line.style.strong == is_strong) {
                 line.draw(&mut svg, x, y);
             }
         }
@@ -104,14 +104,14 @@ impl Line<'_> {
         let frames: usize = filled.iter().map(|bin| bin.frames).sum();
         let at = |bin: &&Bin| [x.at(bin.score), y.at(bin.share)];
         let points: Vec<[f64; 2]> = filled.iter().map(at).collect();
-        svg.polyline(&self.look.line_with_width(1.4), &points, self.name);
+        svg.polyline(&self.style.line_with_width(1.4), &points, self.name);
         for (bin, [px, py]) in filled.iter().zip(points) {
             let share = bin.frames as f64 / frames as f64;
             let radius = (RADIUS[0] * share.sqrt()).max(RADIUS[1]);
             svg.put(format_args!(
                 "<circle class=\"{}\" fill-opacity=\".7\" cx=\"{px:.1}\" cy=\"{py:.1}\" \
                  r=\"{radius:.1}\"><title>{} frames</title></circle>",
-                self.look.fill(),
+                self.style.fill(),
                 bin.frames
             ));
         }
@@ -127,7 +127,7 @@ mod tests {
         let mut bins = [Bin::default(); BINS];
         bins[0] = Bin { frames: 1, score: 0.0, share: 1.0 };
         bins[9] = Bin { frames: 99, score: 1.0, share: 0.0 };
-        let line = Line { name: "a", bins, ece: 1.0, look: Look::FIRST };
+        let line = Line { name: "a", bins, ece: 1.0, style: LineStyle::FIRST };
         let plot = Reliability { title: "t".into(), lines: vec![line] }.plot();
         let svg = plot.svg();
         // The area of the plot is 58 to 458 from left to right and 54 to 384 from top to bottom.

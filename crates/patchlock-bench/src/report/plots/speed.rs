@@ -1,7 +1,7 @@
 //! Plots accuracy against speed: one labelled point per tracker.
 
 use super::{Axis, Plot};
-use crate::report::palette::Look;
+use crate::report::palette::LineStyle;
 use crate::report::svg::{Anchor, Svg, shorten, width};
 
 const SIZE: [f64; 2] = [716.0, 436.0];
@@ -23,7 +23,7 @@ pub struct Point<'a> {
     /// Area under its success curve.
     pub auc: f64,
     /// The colour.
-    pub look: Look,
+    pub style: LineStyle,
 }
 
 /// The contents of the plot.
@@ -50,7 +50,7 @@ impl Speed<'_> {
             let [px, py] = position(point);
             svg.put(format_args!(
                 "<circle class=\"{}\" cx=\"{px:.1}\" cy=\"{py:.1}\" r=\"{RADIUS}\"/>",
-                point.look.fill()
+                point.style.fill()
             ));
             let name = shorten(point.name, NAME_LETTERS);
             let area = free_area([px, py], width(&name, FONT_SIZE), &taken);
@@ -151,7 +151,7 @@ mod tests {
             name,
             fps: 20.0 + k as f64,
             auc: 0.5 + 0.002 * k as f64,
-            look: Look::FIRST,
+            style: LineStyle::FIRST,
         });
         let plot = Speed { title: "t".into(), points: points.collect() }.plot();
         let mut taken = Vec::new();
@@ -168,7 +168,7 @@ mod tests {
 
     #[test]
     fn a_single_speed_still_has_an_axis() {
-        let point = Point { name: "a", fps: 10.0, auc: 0.4, look: Look::FIRST };
+        let point = Point { name: "a", fps: 10.0, auc: 0.4, style: LineStyle::FIRST };
         let svg = Speed { title: "t".into(), points: vec![point] }.plot().svg();
         for label in [">10</text>", ">20</text>", ">50</text>", ">100</text>"] {
             assert!(svg.contains(label), "{label}");

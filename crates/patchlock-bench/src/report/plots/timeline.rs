@@ -8,7 +8,7 @@ use std::ops::Range;
 use patchlock::Status;
 
 use super::{Axis, Plot};
-use crate::report::palette::{self, Look};
+use crate::report::palette::{self, LineStyle};
 use crate::report::svg::{Anchor, Svg, width};
 
 const LEFT: f64 = 136.0;
@@ -32,7 +32,7 @@ pub struct Track<'a> {
     /// Name of the tracker.
     pub name: &'a str,
     /// The line style.
-    pub look: Look,
+    pub style: LineStyle,
     /// The overlap in each frame, averaged over seeds; `None` where the frame does not count.
     pub mean: Vec<Option<f64>>,
     /// Minimum and maximum over seeds in each frame, if there are several seeds.
@@ -112,12 +112,12 @@ impl Timeline<'_> {
         }
         svg.text([12.0, y.at(0.5) + 4.0], 12.0, "soft", Anchor::Start, "overlap");
         if let Some(range) = &track.range {
-            band(svg, x, y, track.look, range);
+            band(svg, x, y, track.style, range);
         }
         for run in runs(&track.mean, MAX_POINTS) {
             let points: Vec<[f64; 2]> =
                 run.iter().map(|&(frame, v)| [x.at(frame), y.at(v)]).collect();
-            svg.polyline(&track.look.line_with_width(1.7), &points, track.name);
+            svg.polyline(&track.style.line_with_width(1.7), &points, track.name);
         }
     }
 
@@ -180,7 +180,7 @@ fn runs(values: &[Option<f64>], most: usize) -> Vec<Vec<(f64, f64)>> {
 }
 
 /// The area between minimum and maximum over seeds.
-fn band(svg: &mut Svg, x: Axis, y: Axis, look: Look, range: &[Option<[f64; 2]>]) {
+fn band(svg: &mut Svg, x: Axis, y: Axis, style: LineStyle, range: &[Option<[f64; 2]>]) {
     let part = |k: usize| -> Vec<Option<f64>> { range.iter().map(|r| r.map(|r| r[k])).collect() };
     for (low, high) in runs(&part(0), MAX_POINTS).iter().zip(&runs(&part(1), MAX_POINTS)) {
         let mut points = String::new();
@@ -189,7 +189,7 @@ fn band(svg: &mut Svg, x: Axis, y: Axis, look: Look, range: &[Option<[f64; 2]>])
         }
         svg.put(format_args!(
             "<polygon class=\"band {}\" points=\"{}\"/>",
-            look.fill(),
+            style.fill(),
             points.trim_end()
         ));
     }
@@ -322,7 +322,8 @@ mod tests {
     fn the_table_has_one_row_per_frame_and_is_empty_without_truth() {
         let mean = vec![Some(1.0), None, Some(0.25)];
         let range = Some(vec![Some([0.9, 1.0]), None, Some([0.0, 0.5])]);
-        let track = Track { name: "a", look: Look::FIRST, mean, range, auc: 0.5, statuses: None };
+        let track =
+            Track { name: "a", style: LineStyle::FIRST, mean, range, auc: 0.5, statuses: None };
         let plot = Timeline {
             file: "f".into(),
             title: "t".into(),
@@ -341,7 +342,8 @@ mod tests {
     fn a_known_status_is_a_strip_and_a_column() {
         let statuses = [Status::Tracked, Status::Lost, Status::Lost].map(Some).to_vec();
         let (mean, statuses) = (vec![Some(1.0), None, Some(0.0)], Some(statuses));
-        let track = Track { name: "a", look: Look::FIRST, mean, range: None, auc: 0.5, statuses };
+        let track =
+            Track { name: "a", style: LineStyle::FIRST, mean, range: None, auc: 0.5, statuses };
         let timeline =
             Timeline { file: "f".into(), title: "t".into(), tracks: vec![track], failures: &[] };
         let (plot, svg) = (timeline.plot(), timeline.plot().svg());

@@ -112,18 +112,18 @@ def is_folder_name(name: str) -> bool:
 
 
 @dataclass(frozen=True)
-class Unreadable:
+class InvalidRow:
     """A line of a manifest that is not a valid clip."""
 
     name: str
     message: str
 
 
-Row: TypeAlias = Clip | Unreadable
+Row: TypeAlias = Clip | InvalidRow
 
 
 def read(manifest: str | os.PathLike[str] | Iterable[Clip]) -> list[Row]:
-    """Reads the clips of a manifest. An invalid line becomes an `Unreadable`.
+    """Reads the clips of a manifest. An invalid line becomes an `InvalidRow`.
 
     Raises:
         ManifestError: The manifest as a whole is invalid.
@@ -217,7 +217,7 @@ def _row(number: int, fields: Mapping[str, Any], path: Path) -> Row:
     try:
         return _clip(fields, path.parent)
     except (ValueError, TypeError) as error:
-        return Unreadable(name, f"{path}, line {number}: {error}")
+        return InvalidRow(name, f"{path}, line {number}: {error}")
 
 
 def _clip(fields: Mapping[str, Any], folder: Path) -> Clip:

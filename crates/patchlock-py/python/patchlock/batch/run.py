@@ -14,7 +14,7 @@ from tqdm import tqdm
 from patchlock import _patchlock
 from patchlock.batch.engine import Engine, drive
 from patchlock.batch.local import Local
-from patchlock.batch.manifest import Clip, ManifestError, Row, Unreadable, is_folder_name, read
+from patchlock.batch.manifest import Clip, ManifestError, Row, InvalidRow, is_folder_name, read
 from patchlock.batch.summary import Failure, Summary
 from patchlock.batch.tables import write
 from patchlock.batch.task import Failed, Task
@@ -224,7 +224,7 @@ class _Stores:
 
 
 def _task(row: Row, stores: _Stores, machine: Engine, videos: Path | None) -> Task:
-    if isinstance(row, Unreadable):
+    if isinstance(row, InvalidRow):
         raise ManifestError(row.message)
     row.check()
     box = row.first_box()

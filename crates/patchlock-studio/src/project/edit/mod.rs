@@ -15,8 +15,8 @@ use patchlock::BoundingBox;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Attribute, Changes, Error, Frames, Key, Label, Project, Remark, Target, Tracked, Verdict,
-    by_frame, changes, check, limits, stretches,
+    Attribute, Changes, Error, Frames, Key, Label, Project, Remark, ReviewDecision, Target,
+    TrackedBox, by_frame, changes, check, limits, stretches,
 };
 
 /// A change to a project. In JSON, the member `edit` has its name: `{"edit": "hide", "target": 1,
@@ -68,7 +68,7 @@ pub enum Edit {
         to: usize,
         /// The boxes, by frame; frames of the range without an entry get no box.
         #[serde(with = "by_frame")]
-        tracked: BTreeMap<usize, Tracked>,
+        tracked: BTreeMap<usize, TrackedBox>,
     },
     /// Says that the target is not visible in a range; removes the keys and boxes there.
     Hide {
@@ -194,7 +194,7 @@ pub enum Edit {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         target: Option<u64>,
         /// What the reviewer decides.
-        verdict: Verdict,
+        verdict: ReviewDecision,
         /// Why, in words.
         #[serde(default)]
         text: String,
@@ -390,9 +390,9 @@ impl Edit {
             Self::AddRemark { frame, target, verdict, .. } => {
                 let of = target.map(|target| format!(" target {target}")).unwrap_or_default();
                 match verdict {
-                    Verdict::Accepted => format!("accept{of}"),
-                    Verdict::Rejected => format!("reject{of} in frame {frame}"),
-                    Verdict::Comment => format!("comment on{of} frame {frame}"),
+                    ReviewDecision::Accepted => format!("accept{of}"),
+                    ReviewDecision::Rejected => format!("reject{of} in frame {frame}"),
+                    ReviewDecision::Comment => format!("comment on{of} frame {frame}"),
                 }
             }
             Self::RemoveRemark { id } => format!("remove remark {id}"),

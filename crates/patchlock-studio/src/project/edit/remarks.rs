@@ -1,13 +1,15 @@
 //! Edits of what a reviewer says.
 
-use super::{Edit, Project, Remark, Result, Verdict, check, limits, refused};
+use super::{Edit, Project, Remark, Result, ReviewDecision, check, limits, refused};
 
 pub fn add(project: &mut Project, remark: Remark) -> Result<Vec<Edit>> {
     let mut remarks = project.remarks.clone();
     let replaces = |old: &Remark| match remark.verdict {
-        Verdict::Accepted => remark.target.is_some(),
-        Verdict::Rejected => remark.target.is_some() && old.verdict == Verdict::Accepted,
-        Verdict::Comment => false,
+        ReviewDecision::Accepted => remark.target.is_some(),
+        ReviewDecision::Rejected => {
+            remark.target.is_some() && old.verdict == ReviewDecision::Accepted
+        }
+        ReviewDecision::Comment => false,
     };
     remarks.retain(|old| old.target != remark.target || !replaces(old));
     // An id may be used again when the last remark is removed: nothing refers to it.

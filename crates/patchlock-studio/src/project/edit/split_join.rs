@@ -8,7 +8,7 @@ use super::attributes::without_boxes;
 use super::targets::{index_of, new_id, target_mut};
 use super::tracks::change_frames;
 use super::{
-    Changes, Edit, Frames, Key, Project, Result, Target, Tracked, check, refused, remarks,
+    Changes, Edit, Frames, Key, Project, Result, Target, TrackedBox, check, refused, remarks,
     stretches,
 };
 
@@ -144,8 +144,9 @@ fn merged(old: &Frames, added: Frames) -> Frames {
     for stretch in added.hidden {
         stretches::add(&mut hidden, stretch);
     }
-    let lost =
-        |(&frame, tracked): (&usize, &Tracked)| (tracked.status == Status::Lost).then_some(frame);
+    let lost = |(&frame, tracked): (&usize, &TrackedBox)| {
+        (tracked.status == Status::Lost).then_some(frame)
+    };
     let lost: BTreeSet<usize> = tracked.iter().filter_map(lost).collect();
     let sure = keys.keys().chain(tracked.keys().filter(|frame| !lost.contains(frame)));
     for &frame in sure {

@@ -5,13 +5,13 @@ use std::collections::BTreeMap;
 use patchlock::BoundingBox;
 
 use super::targets::target_mut;
-use super::{Edit, Frames, Project, Result, Target, Tracked, check, refused};
+use super::{Edit, Frames, Project, Result, Target, TrackedBox, check, refused};
 
 pub fn set_tracked(
     project: &mut Project,
     id: u64,
     range: [usize; 2],
-    mut tracked: BTreeMap<usize, Tracked>,
+    mut tracked: BTreeMap<usize, TrackedBox>,
 ) -> Result<Vec<Edit>> {
     check::range(range, &project.video).map_err(refused)?;
     tracked.values_mut().for_each(round);
@@ -29,7 +29,7 @@ pub fn set_tracked(
 }
 
 /// Rounds to what a tracker can know, so that files are short.
-fn round(tracked: &mut Tracked) {
+fn round(tracked: &mut TrackedBox) {
     let to = |value: f64, parts: f64| (value * parts).round() / parts;
     let BoundingBox { x, y, w, h } = &mut tracked.bbox;
     for value in [x, y, w, h] {

@@ -56,9 +56,9 @@ mod tests {
     use super::*;
 
     /// A video without frames.
-    struct Nothing;
+    struct EmptyVideo;
 
-    impl FrameSource for Nothing {
+    impl FrameSource for EmptyVideo {
         fn length(&self) -> Option<usize> {
             Some(0)
         }
@@ -74,7 +74,7 @@ mod tests {
 
     #[test]
     fn a_source_that_starts_again_begins_before_the_frame() {
-        let mut source = Source { frames: Box::new(Nothing), keeps: false, next: 500 };
+        let mut source = Source { frames: Box::new(EmptyVideo), keeps: false, next: 500 };
         assert_eq!([500, 524, 525, 900].map(|frame| source.first(frame)), [500, 524, 513, 888]);
         assert_eq!([499, 436, 435, 5].map(|frame| source.first(frame)), [475, 412, 423, 0]);
         source.keeps = true;

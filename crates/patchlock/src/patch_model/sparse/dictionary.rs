@@ -5,7 +5,7 @@
 
 use super::gram;
 use super::somp::vectors::widen;
-use crate::numeric::aligned::Aligned;
+use crate::numeric::aligned::AlignedVec;
 
 /// Atoms and what is derived from them: squared norms, and for many candidates the products.
 #[derive(Debug, Clone, Default)]
@@ -29,10 +29,10 @@ pub struct Dictionary {
 #[derive(Debug, Clone, Default)]
 pub struct Products {
     /// See [`Dictionary::fill_panels`].
-    pub panels: Aligned,
+    pub panels: AlignedVec,
     /// The inner products of each atom with all atoms, minus 1, computed in `f64` and rounded once:
     /// one row per atom, as long as the padded rows over all atoms. The padding holds -1.
-    pub gram: Aligned,
+    pub gram: AlignedVec,
 }
 
 /// Buffers of [`Dictionary::fill`].
@@ -125,7 +125,7 @@ impl Dictionary {
 
     /// Fills in the samples in panels of [`LANES`] atoms. A panel has `dim` rows; row `s` holds
     /// sample `s` of each of its atoms. The last panel is padded with zero atoms.
-    pub fn fill_panels(&self, panels: &mut Aligned) {
+    pub fn fill_panels(&self, panels: &mut AlignedVec) {
         panels.reset(self.dim * self.stride);
         for (k, atom) in self.atoms.chunks_exact(self.dim.max(1)).enumerate() {
             let panel = &mut panels[k / LANES * LANES * self.dim..][..LANES * self.dim];

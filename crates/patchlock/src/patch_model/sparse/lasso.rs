@@ -59,16 +59,16 @@ impl Reconstruction {
     /// one after the other and have the signal's length.
     pub fn solve(&mut self, basis: &[f64], signal: &[f64], lambda: f64) {
         Instructions::default()
-            .dispatch(Solve { out: self, problem: Problem { basis, signal, lambda } });
+            .dispatch(LassoProblem { out: self, problem: Problem { basis, signal, lambda } });
     }
 }
 
-struct Solve<'a> {
+struct LassoProblem<'a> {
     out: &'a mut Reconstruction,
     problem: Problem<'a>,
 }
 
-impl WithSimd for Solve<'_> {
+impl WithSimd for LassoProblem<'_> {
     type Output = ();
 
     #[inline(always)]

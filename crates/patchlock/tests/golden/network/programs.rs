@@ -61,29 +61,29 @@ fn difference(a: &[f32], b: &[f32]) -> f32 {
 }
 
 #[derive(Deserialize)]
-struct MadeUp {
-    calls: Vec<MadeUpCall>,
+struct SyntheticNetwork {
+    calls: Vec<SyntheticCall>,
 }
 
 #[derive(Deserialize)]
-struct MadeUpCall {
+struct SyntheticCall {
     network: String,
     inputs: BTreeMap<String, Vec<usize>>,
     scale: f64,
     offset: f64,
-    outputs: Vec<MadeUpOutput>,
+    outputs: Vec<SyntheticOutput>,
 }
 
 /// An output: its sum, and samples that are spread evenly over it.
 #[derive(Deserialize)]
-struct MadeUpOutput {
+struct SyntheticOutput {
     name: String,
     shape: Vec<usize>,
     sum: f64,
     samples: Vec<f32>,
 }
 
-impl MadeUpCall {
+impl SyntheticCall {
     /// An input of this shape, `[1, C, H, W]`.
     fn input(&self, name: &str, shape: &[usize]) -> Value {
         let &[1, channels, height, width] = shape else { panic!("{shape:?}") };
@@ -101,7 +101,7 @@ impl MadeUpCall {
 #[test]
 fn made_up_networks_compute_what_onnxruntime_does() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden/network");
-    let file: MadeUp = read(&folder.join("network.json"));
+    let file: SyntheticNetwork = read(&folder.join("network.json"));
     assert_eq!(file.calls.len(), 4);
     for call in file.calls {
         let inputs: Vec<Value> =
@@ -139,13 +139,13 @@ struct Target {
 #[derive(Deserialize)]
 struct Call {
     network: PathBuf,
-    inputs: Vec<Stored>,
-    outputs: Vec<Stored>,
+    inputs: Vec<StoredTensor>,
+    outputs: Vec<StoredTensor>,
 }
 
 /// A tensor in a file of floats.
 #[derive(Deserialize)]
-struct Stored {
+struct StoredTensor {
     name: String,
     shape: Vec<usize>,
     file: PathBuf,
@@ -160,7 +160,7 @@ struct Track {
     scores: Vec<f64>,
 }
 
-impl Stored {
+impl StoredTensor {
     fn load(&self, folder: &Path) -> Value {
         let bytes = bytes(&folder.join(&self.file));
         let samples = bytes.as_chunks().0.iter().map(|&sample| f32::from_le_bytes(sample));

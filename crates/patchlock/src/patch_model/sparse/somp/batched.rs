@@ -81,7 +81,7 @@ use super::product::correlate;
 use super::rows::{ADD_ONE_ERROR, Atoms, Gram, Margins, Rows};
 use super::screen::{Residuals, Screen, StepCandidate};
 use super::vectors::{TILE, project_out, tile_index, tiles, tiles_mut, widen};
-use crate::numeric::aligned::Aligned;
+use crate::numeric::aligned::AlignedVec;
 use crate::numeric::dot_wide;
 use crate::numeric::instructions::Instructions;
 use crate::patch_model::sparse::codes::{Code, CodeParams, MAX_ATOMS, final_energy};
@@ -180,9 +180,9 @@ pub struct SolverScratch {
     /// For the candidates of a block: their differences from the reference, and their own
     /// correlations with all atoms.
     differences: Vec<f32>,
-    correlations: Aligned,
+    correlations: AlignedVec,
     /// For the candidates of a group: the correlations of their differences with all atoms.
-    products: Aligned,
+    products: AlignedVec,
     /// The residual of each candidate.
     residuals: Vec<f64>,
     candidates: Vec<Candidate>,
@@ -204,7 +204,7 @@ pub struct SolverScratch {
 /// The panels of a dictionary that does not keep its products.
 #[derive(Debug, Default)]
 struct DictionaryPanels {
-    panels: Aligned,
+    panels: AlignedVec,
     /// The same in `f64`.
     wide: Vec<f64>,
 }

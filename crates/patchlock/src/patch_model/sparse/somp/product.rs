@@ -73,15 +73,15 @@ fn products<S: Simd, const SIZE: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numeric::aligned::Aligned;
+    use crate::numeric::aligned::AlignedVec;
     use crate::numeric::instructions::Instructions;
     use crate::patch_model::sparse::dictionary::Dictionary;
     use crate::patch_model::sparse::somp::vectors::{panel_index, tiles_mut};
     use pulp::WithSimd;
 
-    struct Correlate<'a>(&'a [f32], &'a Dictionary, &'a mut [f32]);
+    struct Correlation<'a>(&'a [f32], &'a Dictionary, &'a mut [f32]);
 
-    impl WithSimd for Correlate<'_> {
+    impl WithSimd for Correlation<'_> {
         type Output = ();
 
         #[inline(always)]
@@ -103,9 +103,9 @@ mod tests {
         for (dim, atoms) in [(64, 169), (5, 3), (256, 64)] {
             let dictionary = Dictionary::new(dim, 1, (0..dim * atoms).map(value).collect());
             let signals: Vec<f32> = (0..ROWS * dim).map(|k| value(k + 17)).collect();
-            let mut out = Aligned::default();
+            let mut out = AlignedVec::default();
             out.resize(ROWS * dictionary.stride());
-            Instructions::default().dispatch(Correlate(&signals, &dictionary, &mut out));
+            Instructions::default().dispatch(Correlation(&signals, &dictionary, &mut out));
             for (row, signal) in signals.chunks_exact(dim).enumerate() {
                 let at = |k: usize| out[panel_index(k, row, ROWS)] - 0.5;
                 for k in 0..atoms {

@@ -7,7 +7,7 @@ use super::vectors::{
     TILE, Tile, U, add, add_squares, mul_add, panel, panel_index, subtract_scaled, tile_index,
     tiles, tiles_mut, widen,
 };
-use crate::numeric::aligned::Aligned;
+use crate::numeric::aligned::AlignedVec;
 use crate::patch_model::sparse::codes::{CodeParams, MAX_ATOMS};
 use crate::patch_model::sparse::dictionary::{Dictionary, LANES};
 use crate::patch_model::sparse::gram;
@@ -28,18 +28,18 @@ const NEARLY_ONE: f32 = 1.0 - 4.0 * U as f32;
 pub struct Rows {
     /// The inner products of the node's atom with all atoms, where they are not kept, and its
     /// samples in `f64`.
-    gram: Aligned,
+    gram: AlignedVec,
     atom: Vec<f64>,
     /// At the root, samples of the shared columns.
     samples: Vec<[f64; gram::SIGNALS]>,
     /// `w_t = D^T q_t`, minus 1 at a first node; empty at the root.
-    weights: Aligned,
+    weights: AlignedVec,
     /// The correlations of the shared columns' residuals with all atoms, one row per column, in
     /// panels; minus 1 at the root. Without shared columns there is one row, for a column of zeros.
-    columns: Aligned,
+    columns: AlignedVec,
     /// For each atom, a lower bound of the divisor of its score, or [`EXCLUDED`]. At the root it is
     /// the divisor minus 1, rounded rather than bounded.
-    divisors: Aligned,
+    divisors: AlignedVec,
     /// `p` of each column along the node's direction; zeros without shared columns.
     projections: Vec<f32>,
     /// `1 - p` of each column, which a first node adds.
@@ -451,7 +451,7 @@ impl Rows {
 impl<'a, S: Simd> StoredRows<'a, S> {
     /// Resizes the rows to the size of the parent's.
     #[inline(always)]
-    fn new([weights, columns, divisors]: [&'a mut Aligned; 3], parent: &Rows) -> Self {
+    fn new([weights, columns, divisors]: [&'a mut AlignedVec; 3], parent: &Rows) -> Self {
         columns.resize(parent.columns.len());
         for row in [&mut *weights, &mut *divisors] {
             row.resize(parent.divisors.len());
@@ -741,13 +741,13 @@ mod tests {
 
     /// Chooses these atoms in order, as far as they are eligible, and compares each node's rows
     /// with the truth. Returns the error bounds of the nodes.
-    struct Descend<'a> {
+    struct RowDescent<'a> {
         dictionary: &'a Dictionary,
         shared: &'a [f32],
         path: &'a [usize],
     }
 
-    impl WithSimd for Descend<'_> {
+    impl WithSimd for RowDescent<'_> {
         type Output = Vec<Errors>;
 
         fn with_simd<S: Simd>(self, simd: S) -> Vec<Errors> {
@@ -807,7 +807,7 @@ mod tests {
         single
     }
 
-    impl Descend<'_> {
+    impl RowDescent<'_> {
         fn check(&self, rows: &Rows, truth: &Truth) {
             for k in 0..self.dictionary.len() {
                 let weight = rows.weights.get(k).copied().unwrap_or_default();
@@ -855,7 +855,8 @@ mod tests {
         let dictionary = Dictionary::new(DIM, 9, signals(90, &mut runner));
         let shared = signals(4, &mut runner);
         for (_, instructions) in Instructions::available() {
-            let descend = Descend { dictionary: &dictionary, shared: &shared, path: &[3, 16, 31] };
+            let descend =
+                RowDescent { dictionary: &dictionary, shared: &shared, path: &[3, 16, 31] };
             for (depth, errors) in instructions.dispatch(descend).iter().enumerate().skip(1) {
                 println!(
                     "{depth} {} {} {:?}",
@@ -878,7 +879,8 @@ mod tests {
         ) {
             let dictionary = Dictionary::new(DIM, 9, atoms);
             for (_, instructions) in Instructions::available() {
-                instructions.dispatch(Descend { dictionary: &dictionary, shared: &shared, path: &path });
+                let (dictionary, shared) = (&dictionary, &shared);
+                instructions.dispatch(RowDescent { dictionary, shared, path: &path });
             }
         }
     }

@@ -14,11 +14,11 @@ use rustix::pipe::fcntl_setpipe_size;
 use tempfile::TempDir;
 
 use super::wire::{self, Kind, Reply, Request};
-use crate::child::{Running, apart};
-use crate::confine::{self, Allowed};
+use crate::child::{ChildGuard, own_process_group};
+use crate::confine::{self, SandboxPolicy};
+use crate::find::OpenedSource;
 use crate::image_file::is_image;
 use crate::limits::{self, Limits, MOST_FRAMES};
-use crate::open::Found;
 use crate::{Error, FrameFault, FrameRate, FrameSource, Helper, Note, Picture, Pixels};
 
 /// What the pipe holds, if the system allows it: a frame of 640 x 480 pixels.
@@ -26,29 +26,29 @@ const PIPE: usize = 1 << 20;
 
 /// Opens a file or a folder in a helper; `None` without one, for what is no path, and if the helper
 /// cannot be started.
-pub fn find(name: &OsStr, reverse: bool, limits: Limits) -> Option<Result<Found, Error>> {
+pub fn find(name: &OsStr, reverse: bool, limits: Limits) -> Option<Result<OpenedSource, Error>> {
     let helper = limits.helper.filter(|_| Path::new(name).exists())?;
-    let asked = Asked { helper, name: name.to_os_string(), reverse, limits };
-    let mut session = Session::start(&asked).ok()?;
-    let opened = match session.open(&asked) {
-        Ok(Opened::Here(facts)) => {
-            Ok(Found::Source(Box::new(Source { asked, facts, session: Some(session) })))
+    let request = OpenRequest { helper, name: name.to_os_string(), reverse, limits };
+    let mut session = Session::start(&request).ok()?;
+    let opened = match session.open(&request) {
+        Ok(OpenReply::Here(info)) => {
+            Ok(OpenedSource::Source(Box::new(Source { request, info, session: Some(session) })))
         }
-        Ok(Opened::ForFfmpeg { reason, times }) => Ok(Found::ForFfmpeg { reason, times }),
+        Ok(OpenReply::ForFfmpeg { reason, times }) => Ok(OpenedSource::ForFfmpeg { reason, times }),
         Err(error) => Err(error),
     };
     Some(opened)
 }
 
 /// What a helper is to open.
-struct Asked {
+struct OpenRequest {
     helper: &'static Helper,
     name: OsString,
     reverse: bool,
     limits: Limits,
 }
 
-impl Asked {
+impl OpenRequest {
     /// What it has to read: also the images to which links in a folder lead.
     fn files(&self) -> Vec<PathBuf> {
         let path = PathBuf::from(&self.name);
@@ -66,8 +66,8 @@ impl Asked {
             unreadable(format!("the process that decodes it does not start: {error}"))
         })?;
         match session.open(self)? {
-            Opened::Here(_) => Ok(session),
-            Opened::ForFfmpeg { .. } => Err(unreadable("the file has changed".to_string())),
+            OpenReply::Here(_) => Ok(session),
+            OpenReply::ForFfmpeg { .. } => Err(unreadable("the file has changed".to_string())),
         }
     }
 
@@ -77,55 +77,55 @@ impl Asked {
 }
 
 /// What is known of a source once it is open.
-struct Facts {
+struct SourceInfo {
     length: Option<usize>,
     rate: Option<FrameRate>,
     sound: bool,
     notes: Vec<Note>,
 }
 
-enum Opened {
-    Here(Facts),
+enum OpenReply {
+    Here(SourceInfo),
     ForFfmpeg { reason: String, times: Option<Vec<i64>> },
 }
 
 /// Why there is no answer.
 enum Failure {
     /// The reader says so.
-    Told(Error),
+    Reader(Error),
     /// The helper has failed.
-    Lost(io::Error),
+    Helper(io::Error),
 }
 
 impl From<io::Error> for Failure {
     fn from(error: io::Error) -> Self {
-        Self::Lost(error)
+        Self::Helper(error)
     }
 }
 
 /// A file that a helper decodes.
 struct Source {
-    asked: Asked,
-    facts: Facts,
+    request: OpenRequest,
+    info: SourceInfo,
     /// `None` after the helper has failed. The next frame starts another one.
     session: Option<Session>,
 }
 
 impl FrameSource for Source {
     fn length(&self) -> Option<usize> {
-        self.facts.length
+        self.info.length
     }
 
     fn rate(&self) -> Option<FrameRate> {
-        self.facts.rate
+        self.info.rate
     }
 
     fn has_sound(&self) -> bool {
-        self.facts.sound
+        self.info.sound
     }
 
     fn notes(&mut self) -> Vec<Note> {
-        std::mem::take(&mut self.facts.notes)
+        std::mem::take(&mut self.info.notes)
     }
 
     fn announce(&mut self, first: usize, span: usize) {
@@ -138,15 +138,15 @@ impl FrameSource for Source {
     fn frame(&mut self, index: usize) -> Result<Option<Picture>, Error> {
         let mut session = match self.session.take() {
             Some(session) => session,
-            None => self.asked.again()?,
+            None => self.request.again()?,
         };
-        let frame = session.frame(index, self.asked.limits);
+        let frame = session.frame(index, self.request.limits);
         match frame {
-            Err(Failure::Lost(error)) => {
-                let (name, fault) = (self.asked.shown(), FrameFault::Unreadable);
+            Err(Failure::Helper(error)) => {
+                let (name, fault) = (self.request.shown(), FrameFault::Unreadable);
                 Err(Error::Frame { index, name, fault, reason: session.lost(&error) })
             }
-            Err(Failure::Told(error)) => {
+            Err(Failure::Reader(error)) => {
                 self.session = Some(session);
                 Err(error)
             }
@@ -160,73 +160,73 @@ impl FrameSource for Source {
 
 /// A running helper. What it says is not trusted.
 struct Session {
-    running: Running,
+    process: ChildGuard,
     input: ChildStdin,
-    output: Patient,
+    output: PipeReader,
     /// Its folder of temporary files, removed after its end.
     _folder: TempDir,
 }
 
 impl Session {
     /// Starts a helper that may read what is asked for.
-    fn start(asked: &Asked) -> io::Result<Self> {
+    fn start(request: &OpenRequest) -> io::Result<Self> {
         let folder = tempfile::tempdir()?;
-        let files = asked.files();
-        let mut command = Command::new(&asked.helper.program);
+        let files = request.files();
+        let mut command = Command::new(&request.helper.program);
         // What it would print could command the terminal.
-        command.args(&asked.helper.arguments).env("TMPDIR", folder.path()).stderr(Stdio::null());
-        apart(command.stdin(Stdio::piped()).stdout(Stdio::piped()));
-        let allowed = Allowed {
+        command.args(&request.helper.arguments).env("TMPDIR", folder.path()).stderr(Stdio::null());
+        own_process_group(command.stdin(Stdio::piped()).stdout(Stdio::piped()));
+        let policy = SandboxPolicy {
             reads: files.iter().map(PathBuf::as_path).collect(),
             is_ours: true,
             changes: vec![folder.path()],
-            pixels: asked.limits.pixels,
+            pixels: request.limits.pixels,
         };
-        let mut child = confine::spawn(&mut command, &allowed)?;
+        let mut child = confine::spawn(&mut command, &policy)?;
         let (input, output) = (child.stdin.take(), child.stdout.take());
-        let running = Running::leader(child);
+        let process = ChildGuard::leader(child);
         let (Some(input), Some(output)) = (input, output) else {
             return Err(io::Error::other("it has no pipes"));
         };
         // It then waits less often.
         let _ = fcntl_setpipe_size(&output, PIPE);
-        let mut output = Patient { pipe: output, patience: asked.helper.patience };
+        let mut output = PipeReader { pipe: output, timeout: request.helper.timeout };
         let mut hello = [0; wire::HELLO.len()];
         output.read_exact(&mut hello)?;
         if hello != wire::HELLO {
             return Err(ErrorKind::InvalidData.into());
         }
-        Ok(Self { running, input, output, _folder: folder })
+        Ok(Self { process, input, output, _folder: folder })
     }
 
-    fn open(&mut self, asked: &Asked) -> Result<Opened, Error> {
-        self.try_open(asked).map_err(|failure| match failure {
-            Failure::Told(error) => error,
-            Failure::Lost(error) => Error::unreadable(asked.shown(), self.lost(&error)),
+    fn open(&mut self, request: &OpenRequest) -> Result<OpenReply, Error> {
+        self.try_open(request).map_err(|failure| match failure {
+            Failure::Reader(error) => error,
+            Failure::Helper(error) => Error::unreadable(request.shown(), self.lost(&error)),
         })
     }
 
-    fn try_open(&mut self, asked: &Asked) -> Result<Opened, Failure> {
-        let (name, reverse) = (asked.name.clone(), asked.reverse);
-        let open = Request::Open { name, reverse, pixels: asked.limits.pixels };
+    fn try_open(&mut self, request: &OpenRequest) -> Result<OpenReply, Failure> {
+        let (name, reverse) = (request.name.clone(), request.reverse);
+        let open = Request::Open { name, reverse, pixels: request.limits.pixels };
         match self.ask(&open)? {
             Reply::Opened { length, rate, sound, notes } => {
                 if length.is_some_and(|length| length > MOST_FRAMES) {
                     return Err(nonsense());
                 }
                 let rate = rate.and_then(|(frames, seconds)| FrameRate::new(frames, seconds));
-                Ok(Opened::Here(Facts { length, rate, sound, notes }))
+                Ok(OpenReply::Here(SourceInfo { length, rate, sound, notes }))
             }
             Reply::ForFfmpeg { reason, times } => {
-                let bytes = fs::metadata(&asked.name)?.len();
+                let bytes = fs::metadata(&request.name)?.len();
                 let times = match times {
                     Some(count) if count as u64 > limits::frames(bytes) => return Err(nonsense()),
                     Some(count) => Some(self.output.read_times(count)?),
                     None => None,
                 };
-                Ok(Opened::ForFfmpeg { reason, times })
+                Ok(OpenReply::ForFfmpeg { reason, times })
             }
-            Reply::Failed(told) => Err(Failure::Told(told.into())),
+            Reply::Failed(wire_error) => Err(Failure::Reader(wire_error.into())),
             Reply::Frame { .. } | Reply::End => Err(nonsense()),
         }
     }
@@ -235,7 +235,7 @@ impl Session {
         let (width, height, kind, time) = match self.ask(&Request::Frame(index))? {
             Reply::Frame { width, height, kind, time } => (width, height, kind, time),
             Reply::End => return Ok(None),
-            Reply::Failed(told) => return Err(Failure::Told(told.into())),
+            Reply::Failed(wire_error) => return Err(Failure::Reader(wire_error.into())),
             Reply::Opened { .. } | Reply::ForFfmpeg { .. } => return Err(nonsense()),
         };
         if width == 0 || height == 0 || limits.check(width, height).is_err() {
@@ -260,10 +260,10 @@ impl Session {
 
     /// Ends a helper that has failed, and says how it did.
     fn lost(&self, error: &io::Error) -> String {
-        let status = self.running.stop();
-        let patience = self.output.patience.as_secs_f64();
+        let status = self.process.stop();
+        let timeout = self.output.timeout.as_secs_f64();
         let what = match error.kind() {
-            ErrorKind::TimedOut => format!("wrote nothing for {patience} s and was stopped"),
+            ErrorKind::TimedOut => format!("wrote nothing for {timeout} s and was stopped"),
             ErrorKind::UnexpectedEof | ErrorKind::BrokenPipe => match status {
                 Ok(status) => format!("has ended: {status}"),
                 Err(error) => format!("has ended: {error}"),
@@ -275,16 +275,16 @@ impl Session {
 }
 
 fn nonsense() -> Failure {
-    Failure::Lost(io::Error::new(ErrorKind::InvalidData, "it claims too much"))
+    Failure::Helper(io::Error::new(ErrorKind::InvalidData, "it claims too much"))
 }
 
 /// The output of a process. A time without a byte is an error of the kind `TimedOut`.
-struct Patient {
+struct PipeReader {
     pipe: ChildStdout,
-    patience: Duration,
+    timeout: Duration,
 }
 
-impl Patient {
+impl PipeReader {
     /// Reads so many bytes. Memory is taken as they come.
     fn read_bytes(&mut self, count: usize) -> io::Result<Vec<u8>> {
         let mut bytes = Vec::new();
@@ -310,10 +310,10 @@ impl Patient {
 
     /// Waits until there is something to read, or the end.
     fn wait(&self) -> io::Result<()> {
-        let patience = Timespec::try_from(self.patience).map_err(io::Error::other)?;
+        let timeout = Timespec::try_from(self.timeout).map_err(io::Error::other)?;
         loop {
             let mut pipes = [PollFd::new(&self.pipe, PollFlags::IN)];
-            match poll(&mut pipes, Some(&patience)) {
+            match poll(&mut pipes, Some(&timeout)) {
                 Ok(0) => return Err(ErrorKind::TimedOut.into()),
                 Ok(_) => return Ok(()),
                 Err(Errno::INTR) => {}
@@ -323,7 +323,7 @@ impl Patient {
     }
 }
 
-impl Read for Patient {
+impl Read for PipeReader {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         self.wait()?;
         self.pipe.read(buffer)
@@ -338,23 +338,23 @@ mod tests {
     use std::{slice, thread};
 
     use super::*;
-    use crate::apart::told::Told;
     use crate::confine::tests::files_are_kept;
     use crate::open_within;
+    use crate::sandbox::wire_error::WireError;
 
     const HELLO: &str = "printf 'patchlock helper'";
 
     /// Limits with this script as the helper.
     fn limits(script: &str) -> Limits {
         let helper = Helper::new("/bin/bash", ["-c", script]);
-        let helper = Box::leak(Box::new(Helper { patience: Duration::from_secs(3), ..helper }));
+        let helper = Box::leak(Box::new(Helper { timeout: Duration::from_secs(3), ..helper }));
         Limits { helper: Some(helper), ..Limits::default() }
     }
 
     /// The error of a file with this script.
     fn error(file: &Path, script: &str) -> String {
         match find(file.as_os_str(), false, limits(script)) {
-            Some(Ok(Found::Source(mut source))) => source.frame(0).unwrap_err().to_string(),
+            Some(Ok(OpenedSource::Source(mut source))) => source.frame(0).unwrap_err().to_string(),
             Some(Err(error)) => error.to_string(),
             _ => panic!("the helper was not started"),
         }
@@ -465,8 +465,8 @@ mod tests {
         let frame = |width, height| Reply::Frame { width, height, kind: Kind::Rgb8, time: None };
         let times = Reply::ForFfmpeg { reason: "is odd".into(), times: Some(1 << 40) };
         let path = OsString::from("a");
-        let told = Reply::Failed(Told::Endless { path });
-        assert_eq!(said(slice::from_ref(&told), &[]), "a is a pipe or a device, not a file");
+        let wire_error = Reply::Failed(WireError::Endless { path });
+        assert_eq!(said(slice::from_ref(&wire_error), &[]), "a is a pipe or a device, not a file");
         let lies: [(&[Reply], &[u8]); 7] = [
             (&[opened(usize::MAX)], &[]),
             (&[times], &[]),

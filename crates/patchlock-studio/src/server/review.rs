@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use super::App;
 use super::answer::{PathParam, QueryParams, Refusal, aside};
 use super::clips::no_target;
-use crate::tracking::doubt::{Doubt, Left, doubts, left};
+use crate::tracking::review::{ReviewStats, ReviewSuggestion, review_stats, suggestions};
 
 /// Of which target.
 #[derive(Deserialize)]
@@ -34,19 +34,24 @@ pub async fn doubtful(
         }
         let targets = project.targets.iter().filter(|it| target.is_none_or(|id| id == it.id));
         let mut found: Vec<_> = targets
-            .flat_map(|target| doubts(target, clip.frames).into_iter().map(|it| (target.id, it)))
+            .flat_map(|target| {
+                suggestions(target, clip.frames).into_iter().map(|it| (target.id, it))
+            })
             .collect();
         // What is being tracked, or waits for it, will be known.
-        found.retain(|(target, doubt)| !(tracking.contains(target) && doubt.reason.is_untracked()));
+        found.retain(|(target, suggestion)| {
+            !(tracking.contains(target) && suggestion.reason.is_untracked())
+        });
         found.sort_by(|(_, a), (_, b)| a.order(b));
-        let left: Left = project.targets.iter().map(|it| left(it, clip.frames)).sum();
+        let left: ReviewStats =
+            project.targets.iter().map(|it| review_stats(it, clip.frames)).sum();
         Ok((found, left))
     });
     let (found, left) = found.await?;
-    let doubts: Vec<Value> = found
+    let suggestions: Vec<Value> = found
         .into_iter()
-        .map(|(target, doubt)| {
-            let Doubt { frame, stretch, gain, reason, .. } = doubt;
+        .map(|(target, suggestion)| {
+            let ReviewSuggestion { frame, stretch, gain, reason, .. } = suggestion;
             let (is_untracked, reason) = (reason.is_untracked(), reason.to_string());
             json!({
                 "target": target, "frame": frame, "stretch": stretch, "gain": gain,
@@ -54,9 +59,9 @@ pub async fn doubtful(
             })
         })
         .collect();
-    let Left { boxes, expected, probable, unknown } = left;
+    let ReviewStats { boxes, expected, probable, unknown } = left;
     let left = json!({
         "boxes": boxes, "expected": expected, "probable": probable, "unknown": unknown,
     });
-    Ok(Json(json!({ "doubts": doubts, "left": left })))
+    Ok(Json(json!({ "doubts": suggestions, "left": left })))
 }

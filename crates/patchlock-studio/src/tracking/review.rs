@@ -7,7 +7,7 @@ use std::fmt;
 use patchlock::Status;
 
 use super::join::AGREED;
-use crate::project::{Target, Tracked};
+use crate::project::{Target, TrackedBox};
 
 /// Frames with at least this probability of a wrong box are doubtful.
 const DOUBTFUL: f64 = 0.5;
@@ -24,7 +24,7 @@ const LEAST_WRONG: f64 = 1.0;
 
 /// A frame whose box may be wrong, or of which nothing is known.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Doubt {
+pub struct ReviewSuggestion {
     /// The frame to look at.
     pub frame: usize,
     /// First and last frame of the stretch that the reason is about.
@@ -38,7 +38,7 @@ pub struct Doubt {
     rank: u8,
 }
 
-impl Doubt {
+impl ReviewSuggestion {
     /// The order in which to look at places: by rank, then the largest gain first.
     pub fn order(&self, other: &Self) -> Ordering {
         let by_gain = other.gain.total_cmp(&self.gain).then(self.frame.cmp(&other.frame));
@@ -90,14 +90,14 @@ impl fmt::Display for Reason {
 /// doubtful frames, one for each stretch that was never tracked, and one for each span without a key
 /// frame. What is probably wrong or missing comes before what is only unchecked; among these, the
 /// frame whose correction is expected to repair most frames comes first.
-pub fn doubts(target: &Target, frames: usize) -> Vec<Doubt> {
-    let mut found: Vec<Doubt> = untracked(target, frames);
+pub fn suggestions(target: &Target, frames: usize) -> Vec<ReviewSuggestion> {
+    let mut found: Vec<ReviewSuggestion> = untracked(target, frames);
     for span in spans(target) {
         let stretches = span.chunk_by(|a, b| is_doubtful(&a.1) == is_doubtful(&b.1));
         found.extend(stretches.filter(|frames| is_doubtful(&frames[0].1)).map(middle));
         found.extend(unchecked(target, &span));
     }
-    found.sort_by(Doubt::order);
+    found.sort_by(ReviewSuggestion::order);
     found
 }
 
@@ -119,9 +119,10 @@ pub fn unknown(target: &Target, frames: usize) -> Vec<[usize; 2]> {
 
 /// What is known of the frames that are doubtful, without the stretches in which there is a key
 /// frame: it says that the target is there.
-pub fn doubtful(target: &Target) -> BTreeMap<usize, Tracked> {
+pub fn doubtful(target: &Target) -> BTreeMap<usize, TrackedBox> {
     let frames = target.tracked.iter().filter(|(_, tracked)| is_doubtful(tracked));
-    let mut doubtful: BTreeMap<usize, Tracked> = frames.map(|(&frame, &it)| (frame, it)).collect();
+    let mut doubtful: BTreeMap<usize, TrackedBox> =
+        frames.map(|(&frame, &it)| (frame, it)).collect();
     let keys: Vec<usize> = target.keys.keys().copied().collect();
     for keys in keys.chunk_by(|a, b| a + 1 == *b) {
         let (before, after) = (keys[0].checked_sub(1), keys[keys.len() - 1] + 1);
@@ -134,15 +135,15 @@ pub fn doubtful(target: &Target) -> BTreeMap<usize, Tracked> {
     doubtful
 }
 
-/// A doubt for each stretch that was never tracked, at its end beside a box.
-fn untracked(target: &Target, frames: usize) -> Vec<Doubt> {
+/// A suggestion for each stretch that was never tracked, at its end beside a box.
+fn untracked(target: &Target, frames: usize) -> Vec<ReviewSuggestion> {
     let is_known = |frame: usize| target.box_at(frame).is_some();
     let boxes = target.keys.keys().chain(target.tracked.keys());
     let first_box = boxes.min().copied().unwrap_or(0);
-    let doubt = |[first, last]: [usize; 2]| {
+    let suggestion = |[first, last]: [usize; 2]| {
         let is_before = !first.checked_sub(1).is_some_and(is_known) && is_known(last + 1);
         let count = last - first + 1;
-        Doubt {
+        ReviewSuggestion {
             frame: if is_before { last } else { first },
             stretch: [first, last],
             gain: count as f64,
@@ -150,12 +151,12 @@ fn untracked(target: &Target, frames: usize) -> Vec<Doubt> {
             rank: if last < first_box { 2 } else { 0 },
         }
     };
-    unknown(target, frames).into_iter().map(doubt).collect()
+    unknown(target, frames).into_iter().map(suggestion).collect()
 }
 
 /// How many boxes of a target are expected to be wrong.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Left {
+pub struct ReviewStats {
     /// The boxes that no person has drawn or confirmed. Those of lost frames are none.
     pub boxes: usize,
     /// The number of them that are expected to be wrong: the sum of their probabilities.
@@ -166,7 +167,7 @@ pub struct Left {
     pub unknown: usize,
 }
 
-impl std::iter::Sum for Left {
+impl std::iter::Sum for ReviewStats {
     fn sum<I: Iterator<Item = Self>>(all: I) -> Self {
         all.fold(Self::default(), |sum, one| Self {
             boxes: sum.boxes + one.boxes,
@@ -178,28 +179,28 @@ impl std::iter::Sum for Left {
 }
 
 /// What is left to check of a target, in a video with this number of frames.
-pub fn left(target: &Target, frames: usize) -> Left {
+pub fn review_stats(target: &Target, frames: usize) -> ReviewStats {
     let boxes = target.tracked.values().filter(|tracked| tracked.status != Status::Lost);
-    let boxes = boxes.map(|tracked| Left {
+    let boxes = boxes.map(|tracked| ReviewStats {
         boxes: 1,
         expected: wrong(tracked),
         probable: usize::from(wrong(tracked) > DOUBTFUL),
         unknown: 0,
     });
     let unknown = unknown(target, frames).iter().map(|[first, last]| last - first + 1).sum();
-    Left { unknown, ..boxes.sum::<Left>() }
+    ReviewStats { unknown, ..boxes.sum::<ReviewStats>() }
 }
 
 /// The probability that a box overlaps the target by less than half. The score is calibrated: on
 /// sets that it was not fitted to, the share of right boxes differs from it by .03 in the mean
 /// (METHODOLOGY.md). Nothing was measured of the agreement, so it counts only where the tracks from
 /// both sides are apart.
-fn wrong(tracked: &Tracked) -> f64 {
+fn wrong(tracked: &TrackedBox) -> f64 {
     let apart = tracked.agreement.filter(|&agreement| agreement < AGREED);
     1.0 - tracked.score.min(apart.unwrap_or(1.0))
 }
 
-type Span = Vec<(usize, Tracked)>;
+type Span = Vec<(usize, TrackedBox)>;
 
 /// The tracked frames, divided where a key frame or a frame without a box lies between.
 fn spans(target: &Target) -> Vec<Span> {
@@ -208,23 +209,23 @@ fn spans(target: &Target) -> Vec<Span> {
 }
 
 /// The probability that the box of a frame is wrong.
-fn risk(tracked: &Tracked) -> f64 {
+fn risk(tracked: &TrackedBox) -> f64 {
     1.0 - tracked.score.min(tracked.agreement.unwrap_or(1.0))
 }
 
-fn is_doubtful(tracked: &Tracked) -> bool {
+fn is_doubtful(tracked: &TrackedBox) -> bool {
     risk(tracked) > DOUBTFUL || tracked.status == Status::Lost
 }
 
 /// The middle of a stretch of doubtful frames: from there, both sides can be tracked again.
-fn middle(frames: &[(usize, Tracked)]) -> Doubt {
+fn middle(frames: &[(usize, TrackedBox)]) -> ReviewSuggestion {
     let (frame, tracked) = frames[frames.len() / 2];
     let gain = frames.iter().map(|(_, tracked)| risk(tracked)).sum();
     let stretch = [frames[0].0, frames[frames.len() - 1].0];
-    Doubt { frame, stretch, gain, reason: reason(&tracked), rank: 0 }
+    ReviewSuggestion { frame, stretch, gain, reason: reason(&tracked), rank: 0 }
 }
 
-fn reason(tracked: &Tracked) -> Reason {
+fn reason(tracked: &TrackedBox) -> Reason {
     let agreement = tracked.agreement.unwrap_or(1.0);
     match tracked.visible {
         _ if tracked.status == Status::Lost => Reason::Lost,
@@ -235,7 +236,7 @@ fn reason(tracked: &Tracked) -> Reason {
 }
 
 /// Where a span is farthest from a key frame: at its open end, or in its middle.
-fn unchecked(target: &Target, span: &[(usize, Tracked)]) -> Option<Doubt> {
+fn unchecked(target: &Target, span: &[(usize, TrackedBox)]) -> Option<ReviewSuggestion> {
     let (first, last) = (span.first()?.0, span.last()?.0);
     let is_key = |frame: Option<usize>| frame.is_some_and(|frame| target.keys.contains_key(&frame));
     let all = span.len() as f64;
@@ -251,7 +252,7 @@ fn unchecked(target: &Target, span: &[(usize, Tracked)]) -> Option<Doubt> {
     };
     let gain = UNCHECKED * uncertain;
     let expected: f64 = span.iter().map(|(_, tracked)| wrong(tracked)).sum();
-    (away >= LEAST_UNCHECKED && expected >= LEAST_WRONG).then_some(Doubt {
+    (away >= LEAST_UNCHECKED && expected >= LEAST_WRONG).then_some(ReviewSuggestion {
         frame,
         stretch: [first, last],
         gain,
@@ -270,9 +271,9 @@ mod tests {
     const FRAMES: usize = 160;
     const BOX: BoundingBox = BoundingBox { x: 10.0, y: 10.0, w: 20.0, h: 20.0 };
 
-    fn sure() -> Tracked {
+    fn sure() -> TrackedBox {
         let status = Status::Tracked;
-        Tracked { bbox: BOX, score: 0.95, status, visible: Some(0.9), agreement: Some(0.9) }
+        TrackedBox { bbox: BOX, score: 0.95, status, visible: Some(0.9), agreement: Some(0.9) }
     }
 
     /// Key frames at 0 and 100, tracked between and beyond, up to 159.
@@ -290,24 +291,25 @@ mod tests {
     }
 
     #[test]
-    fn without_doubt_open_spans_come_before_those_between_key_frames() {
-        let found = doubts(&target(), FRAMES);
-        let found: Vec<_> = found.iter().map(|doubt| (doubt.frame, doubt.reason)).collect();
+    fn open_spans_that_are_not_doubtful_come_before_those_between_key_frames() {
+        let found = suggestions(&target(), FRAMES);
+        let found: Vec<_> =
+            found.iter().map(|suggestion| (suggestion.frame, suggestion.reason)).collect();
         assert_eq!(found, [(159, Reason::Unchecked(59)), (50, Reason::Unchecked(50))]);
     }
 
     #[test]
     fn the_middle_of_a_doubtful_stretch_comes_first_with_its_reason() {
         let cases = [
-            (Tracked { agreement: Some(0.1), ..sure() }, Reason::Disagreement(0.1)),
-            (Tracked { score: 0.2, visible: Some(0.1), ..sure() }, Reason::Hidden(0.9)),
-            (Tracked { score: 0.2, ..sure() }, Reason::Unsure(0.2)),
-            (Tracked { score: 0.4, status: Status::Lost, ..sure() }, Reason::Lost),
+            (TrackedBox { agreement: Some(0.1), ..sure() }, Reason::Disagreement(0.1)),
+            (TrackedBox { score: 0.2, visible: Some(0.1), ..sure() }, Reason::Hidden(0.9)),
+            (TrackedBox { score: 0.2, ..sure() }, Reason::Unsure(0.2)),
+            (TrackedBox { score: 0.4, status: Status::Lost, ..sure() }, Reason::Lost),
         ];
         for (doubtful, reason) in cases {
             let mut target = target();
             target.tracked.extend((20..41).map(|frame| (frame, doubtful)));
-            let first = doubts(&target, FRAMES)[0];
+            let first = suggestions(&target, FRAMES)[0];
             assert_eq!((first.frame, first.reason), (30, reason));
         }
     }
@@ -321,14 +323,17 @@ mod tests {
         };
         // 99 boxes between the keys and 59 beyond: 1.98 and 1.18 wrong ones are expected, then less
         // than one.
-        assert_eq!(doubts(&with_scores(0.98), FRAMES).len(), 2);
-        assert_eq!(doubts(&with_scores(0.985), FRAMES).len(), 1);
-        assert_eq!(doubts(&with_scores(0.995), FRAMES), []);
+        assert_eq!(suggestions(&with_scores(0.98), FRAMES).len(), 2);
+        assert_eq!(suggestions(&with_scores(0.985), FRAMES).len(), 1);
+        assert_eq!(suggestions(&with_scores(0.995), FRAMES), []);
         // A box that is probably wrong is never left out.
         let mut target = with_scores(1.0);
-        target.tracked.insert(30, Tracked { score: 0.4, ..sure() });
+        target.tracked.insert(30, TrackedBox { score: 0.4, ..sure() });
         assert_eq!(
-            doubts(&target, FRAMES).iter().map(|doubt| doubt.frame).collect::<Vec<_>>(),
+            suggestions(&target, FRAMES)
+                .iter()
+                .map(|suggestion| suggestion.frame)
+                .collect::<Vec<_>>(),
             [30]
         );
     }
@@ -338,11 +343,11 @@ mod tests {
         let mut target = target();
         target.tracked = BTreeMap::from([
             (1, sure()),
-            (2, Tracked { score: 0.3, ..sure() }),
-            (3, Tracked { agreement: Some(0.1), ..sure() }),
-            (4, Tracked { score: 0.2, status: Status::Lost, ..sure() }),
+            (2, TrackedBox { score: 0.3, ..sure() }),
+            (3, TrackedBox { agreement: Some(0.1), ..sure() }),
+            (4, TrackedBox { score: 0.2, status: Status::Lost, ..sure() }),
         ]);
-        let Left { boxes, expected, probable, unknown } = left(&target, 102);
+        let ReviewStats { boxes, expected, probable, unknown } = review_stats(&target, 102);
         // Those of two key frames are known, too.
         assert_eq!((boxes, probable, unknown), (3, 2, 102 - 6));
         assert!((expected - (0.05 + 0.7 + 0.9)).abs() < 1e-9, "{expected}");
@@ -352,33 +357,38 @@ mod tests {
     #[test]
     fn frames_that_were_never_tracked_are_doubtful() {
         let places = |target: &Target| -> Vec<(usize, [usize; 2])> {
-            let found = doubts(target, FRAMES).into_iter();
-            let found = found.filter(|doubt| matches!(doubt.reason, Reason::Untracked(_)));
-            found.map(|doubt| (doubt.frame, doubt.stretch)).collect()
+            let found = suggestions(target, FRAMES).into_iter();
+            let found =
+                found.filter(|suggestion| matches!(suggestion.reason, Reason::Untracked(_)));
+            found.map(|suggestion| (suggestion.frame, suggestion.stretch)).collect()
         };
         let mut target = Target { tracked: BTreeMap::new(), ..target() };
         assert_eq!(places(&target), [(1, [1, 99]), (101, [101, 159])]);
         target.hidden = vec![[1, 99], [140, 159]];
         assert_eq!(places(&target), [(101, [101, 139])]);
-        assert_eq!(doubts(&target, FRAMES)[0].reason.to_string(), "not tracked yet: 39 frames");
+        assert_eq!(
+            suggestions(&target, FRAMES)[0].reason.to_string(),
+            "not tracked yet: 39 frames"
+        );
         // Most targets appear in their first box, so the frames before it come last.
         target.keys.remove(&0);
         target.tracked = (101..140).map(|frame| (frame, sure())).collect();
         target.hidden = vec![[140, 159]];
-        let found = doubts(&target, FRAMES);
-        let found: Vec<_> = found.iter().map(|doubt| (doubt.frame, doubt.reason)).collect();
+        let found = suggestions(&target, FRAMES);
+        let found: Vec<_> =
+            found.iter().map(|suggestion| (suggestion.frame, suggestion.reason)).collect();
         assert_eq!(found, [(139, Reason::Unchecked(39)), (99, Reason::Untracked(100))]);
         target.hidden.insert(0, [0, 99]);
         assert_eq!(places(&target), []);
         let (keys, tracked) = (BTreeMap::new(), BTreeMap::new());
-        assert_eq!(doubts(&Target { keys, tracked, ..target }, 0), []);
+        assert_eq!(suggestions(&Target { keys, tracked, ..target }, 0), []);
     }
 
     #[test]
     fn a_key_frame_in_a_doubtful_stretch_says_that_the_target_is_there() {
         let mut target = target();
-        let lost = Tracked { score: 0.3, status: Status::Lost, ..sure() };
-        let apart = Tracked { agreement: Some(0.1), ..sure() };
+        let lost = TrackedBox { score: 0.3, status: Status::Lost, ..sure() };
+        let apart = TrackedBox { agreement: Some(0.1), ..sure() };
         target.tracked.extend((40..50).map(|frame| (frame, lost)));
         target.tracked.extend((101..105).map(|frame| (frame, apart)));
         let frames = |target: &Target| doubtful(target).into_keys().collect::<Vec<_>>();
@@ -395,8 +405,8 @@ mod tests {
     #[test]
     fn losses_come_before_unchecked_ends() {
         let mut target = target();
-        target.tracked.insert(40, Tracked { score: 0.3, status: Status::Lost, ..sure() });
-        let found = doubts(&target, FRAMES);
+        target.tracked.insert(40, TrackedBox { score: 0.3, status: Status::Lost, ..sure() });
+        let found = suggestions(&target, FRAMES);
         assert_eq!((found[0].frame, found[0].reason), (40, Reason::Lost));
         assert!(found[1].gain > found[0].gain, "{found:?}");
     }
@@ -405,6 +415,6 @@ mod tests {
     fn frames_before_the_first_key_are_open_at_their_beginning() {
         let mut target = target();
         target.keys.remove(&0);
-        assert!(doubts(&target, FRAMES).iter().any(|doubt| doubt.frame == 1));
+        assert!(suggestions(&target, FRAMES).iter().any(|suggestion| suggestion.frame == 1));
     }
 }

@@ -6,9 +6,9 @@ mod client;
 #[cfg(target_os = "linux")]
 pub mod serve;
 #[cfg(target_os = "linux")]
-mod told;
-#[cfg(target_os = "linux")]
 mod wire;
+#[cfg(target_os = "linux")]
+mod wire_error;
 
 #[cfg(target_os = "linux")]
 pub use client::find;
@@ -19,6 +19,6 @@ pub fn find(
     _: &std::ffi::OsStr,
     _: bool,
     _: crate::Limits,
-) -> Option<Result<crate::open::Found, crate::Error>> {
+) -> Option<Result<crate::find::OpenedSource, crate::Error>> {
     None
 }

@@ -6,24 +6,24 @@ use std::io;
 use serde::{Deserialize, Serialize};
 
 use crate::image_file::LoadError;
-use crate::limits::TooLarge;
+use crate::limits::SizeLimitError;
 use crate::{Container, Error, FrameFault};
 
 /// An error of a reader of this crate, with all that its message and its advice need.
 #[derive(Serialize, Deserialize)]
-pub enum Told {
+pub enum WireError {
     Missing { name: String },
     Endless { path: OsString },
     Playlist { path: OsString },
     NoImages { folder: OsString, inner: Option<OsString> },
     NoVideo { name: String },
-    TooLarge { what: String, size: TooLarge },
+    TooLarge { what: String, size: SizeLimitError },
     Unreadable { name: String, container: Option<Container>, reason: String },
     Image { index: usize, file: OsString, reason: String },
     Frame { index: usize, name: String, fault: FrameFault, reason: String },
 }
 
-impl Told {
+impl WireError {
     /// The error of a source of this name.
     pub fn of(error: Error, source: &str) -> Self {
         match error {
@@ -54,25 +54,25 @@ impl Told {
     }
 }
 
-impl From<Told> for Error {
-    fn from(told: Told) -> Self {
-        match told {
-            Told::Missing { name } => Self::Missing { name },
-            Told::Endless { path } => Self::Endless { path: path.into() },
-            Told::Playlist { path } => Self::Playlist { path: path.into() },
-            Told::NoImages { folder, inner } => {
+impl From<WireError> for Error {
+    fn from(wire_error: WireError) -> Self {
+        match wire_error {
+            WireError::Missing { name } => Self::Missing { name },
+            WireError::Endless { path } => Self::Endless { path: path.into() },
+            WireError::Playlist { path } => Self::Playlist { path: path.into() },
+            WireError::NoImages { folder, inner } => {
                 Self::NoImages { folder: folder.into(), inner: inner.map(Into::into) }
             }
-            Told::NoVideo { name } => Self::NoVideo { name },
-            Told::TooLarge { what, size } => Self::TooLarge { what, size },
-            Told::Unreadable { name, container, reason } => {
+            WireError::NoVideo { name } => Self::NoVideo { name },
+            WireError::TooLarge { what, size } => Self::TooLarge { what, size },
+            WireError::Unreadable { name, container, reason } => {
                 Self::Unreadable { name, container, reason }
             }
-            Told::Image { index, file, reason } => {
+            WireError::Image { index, file, reason } => {
                 let reason = LoadError::File(io::Error::other(reason));
                 Self::Image { index, file: file.into(), reason }
             }
-            Told::Frame { index, name, fault, reason } => {
+            WireError::Frame { index, name, fault, reason } => {
                 Self::Frame { index, name, fault, reason }
             }
         }

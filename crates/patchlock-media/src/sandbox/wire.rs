@@ -8,7 +8,7 @@ use std::io::{self, IoSlice, Read, Write};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use super::told::Told;
+use super::wire_error::WireError;
 use crate::Note;
 
 /// The first bytes of a helper, before it has opened anything.
@@ -44,7 +44,7 @@ pub enum Reply {
         time: Option<f64>,
     },
     End,
-    Failed(Told),
+    Failed(WireError),
 }
 
 /// What pixels are.

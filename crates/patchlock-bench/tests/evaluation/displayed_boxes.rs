@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 
 use patchlock::{BoundingBox, Status};
-use patchlock_track::export::{self, Entry, Format, KeyFrames, Options, Said, Track};
+use patchlock_track::export::{self, Entry, Format, KeyFrames, ManualFlags, Options, Track};
 use proptest::prelude::*;
 use serde_json::Value;
 
@@ -14,7 +14,7 @@ const SIZE: (usize, usize) = (640, 480);
 
 /// A box that a tool shows in a frame.
 #[derive(Debug, Clone, Copy)]
-struct Shown {
+struct DisplayedBox {
     /// Left, top, width and height in pixels.
     bbox: [f64; 4],
     /// Whether it is marked as occluded; `None` if the format has no such mark.
@@ -24,7 +24,7 @@ struct Shown {
 }
 
 /// What is shown, by target and frame.
-type Film = BTreeMap<(u64, usize), Shown>;
+type DisplayedBoxes = BTreeMap<(u64, usize), DisplayedBox>;
 
 /// A key of a file.
 #[derive(Debug, Clone, Copy)]
@@ -39,12 +39,12 @@ struct Key {
 
 /// What a tool shows of a target in a frame, as both tools do: the box of a key in its own frame, the
 /// last one held where there is no other after it, and boxes on a straight line between two.
-fn at(keys: &[Key], frame: usize) -> Option<Shown> {
+fn at(keys: &[Key], frame: usize) -> Option<DisplayedBox> {
     let next = keys.partition_point(|key| key.frame <= frame);
     let last = keys.get(next.checked_sub(1)?)?;
     let Key { bbox, occluded, .. } = *last;
     if last.frame == frame {
-        return last.shown.then_some(Shown { bbox, occluded, written: true });
+        return last.shown.then_some(DisplayedBox { bbox, occluded, written: true });
     }
     let share = |next: &Key| (frame - last.frame) as f64 / (next.frame - last.frame) as f64;
     let between = |next: &Key| {
@@ -52,10 +52,10 @@ fn at(keys: &[Key], frame: usize) -> Option<Shown> {
         [0, 1, 2, 3].map(|k| bbox[k] + share * (next.bbox[k] - bbox[k]))
     };
     let bbox = keys.get(next).filter(|next| next.shown).map_or(bbox, between);
-    last.shown_after.then_some(Shown { bbox, occluded, written: false })
+    last.shown_after.then_some(DisplayedBox { bbox, occluded, written: false })
 }
 
-fn film(tracks: &BTreeMap<u64, Vec<Key>>, frames: usize) -> Film {
+fn displayed_boxes(tracks: &BTreeMap<u64, Vec<Key>>, frames: usize) -> DisplayedBoxes {
     let of_frame = |frame| tracks.iter().map(move |(id, keys)| ((*id, frame), at(keys, frame)));
     let all = (0..frames).flat_map(of_frame);
     all.filter_map(|(place, shown)| Some((place, shown?))).collect()
@@ -187,20 +187,21 @@ fn entry(frame: usize, id: u64, state: State, [x, y, w, h]: [f64; 4]) -> Option<
         score: Some(0.9),
         corners: Some([[left, top], [right, top], [right, bottom], [left, bottom]]),
         status: None,
-        said: None,
+        manual: None,
     };
     match state {
         State::Nothing => None,
         State::Blank => Some(Entry { bbox: None, ..entry }),
         State::Lost => Some(Entry { status: Some(Status::Lost), ..entry }),
         State::Hidden => {
-            let said = Some(Said { hidden: true, ..Said::default() });
-            Some(Entry { bbox: None, said, ..entry })
+            let manual = Some(ManualFlags { hidden: true, ..ManualFlags::default() });
+            Some(Entry { bbox: None, manual, ..entry })
         }
         State::Found { score, status } => Some(Entry { score, status, ..entry }),
-        State::Drawn { occluded } => {
-            Some(Entry { said: Some(Said { occluded, ..Said::default() }), ..entry })
-        }
+        State::Drawn { occluded } => Some(Entry {
+            manual: Some(ManualFlags { occluded, ..ManualFlags::default() }),
+            ..entry
+        }),
     }
 }
 
@@ -208,12 +209,12 @@ fn entry(frame: usize, id: u64, state: State, [x, y, w, h]: [f64; 4]) -> Option<
 fn expected(entries: &[Entry]) -> BTreeMap<(u64, usize), ([f64; 4], bool, bool)> {
     let of = |entry: &Entry| {
         let BoundingBox { x, y, w, h } = entry.found()?;
-        let occluded = match entry.said {
-            Some(said) => said.occluded,
+        let occluded = match entry.manual {
+            Some(manual) => manual.occluded,
             None => entry.score.is_some_and(|score| score < 0.5),
         };
         let occluded = occluded || entry.status == Some(Status::Uncertain);
-        Some(((entry.id, entry.frame), ([x, y, w, h], occluded, entry.said.is_some())))
+        Some(((entry.id, entry.frame), ([x, y, w, h], occluded, entry.manual.is_some())))
     };
     entries.iter().filter_map(of).collect()
 }
@@ -293,7 +294,7 @@ proptest! {
             let text = written(&track, format, KeyFrames::Overlap(least));
             let (read, accuracy) = reader(format);
             let (_, tracks) = read(&text);
-            let shown = film(&tracks, boxes.len());
+            let shown = displayed_boxes(&tracks, boxes.len());
             for (frame, bbox) in boxes.iter().enumerate() {
                 let shown = shown[&(1, frame)];
                 let overlap = as_box(shown.bbox).overlap(&as_box(*bbox));
@@ -330,8 +331,8 @@ proptest! {
             let (read, accuracy) = reader(format);
             let (of_file, tracks) = read(&text);
             prop_assert!(length.is_none_or(|length| of_file == length || tracks.is_empty()));
-            let shown = film(&tracks, length.unwrap_or(end));
-            let places = |film: &mut dyn Iterator<Item = (u64, usize)>| film.collect::<BTreeSet<_>>();
+            let shown = displayed_boxes(&tracks, length.unwrap_or(end));
+            let places = |all: &mut dyn Iterator<Item = (u64, usize)>| all.collect::<BTreeSet<_>>();
             prop_assert_eq!(
                 places(&mut shown.keys().copied()), places(&mut expected.keys().copied()), "{:?}", format
             );

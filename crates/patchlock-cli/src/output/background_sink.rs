@@ -9,50 +9,51 @@ use std::thread::{self, JoinHandle};
 use anyhow::{Error, Result};
 use patchlock_media::Picture;
 
-use super::{Seen, Sink, Tracked};
+use super::{Sink, TargetResult, TrackedFrame};
 
 /// The output is at most this many frames behind. An error of it ends the run exactly so many
 /// frames later, however fast the thread is.
 const FRAMES: usize = 3;
 
 /// A sink on its own thread, which gets the frames in order.
-pub struct Behind {
+pub struct BackgroundSink {
     /// `None` when no more come.
-    work: Option<SyncSender<Work>>,
+    messages: Option<SyncSender<Message>>,
     done: Receiver<Result<Option<PathBuf>>>,
     /// How many frames have been sent whose outcome is not known yet.
     under_way: usize,
     thread: Option<JoinHandle<()>>,
 }
 
-enum Work {
+/// What is sent to the thread of the sink.
+enum Message {
     Frame {
         frame: usize,
         ms: f64,
-        targets: Vec<Seen>,
+        targets: Vec<TargetResult>,
         picture: Arc<Picture>,
     },
     /// Completes the output. Without it, the output is dropped.
     Finish,
 }
 
-impl Behind {
+impl BackgroundSink {
     /// Starts a thread for an output.
     pub fn new(sink: impl Sink + Send + 'static) -> Self {
-        let (work, waiting) = mpsc::sync_channel(FRAMES);
+        let (messages, waiting) = mpsc::sync_channel(FRAMES);
         let (report, done) = mpsc::channel();
         let thread = thread::spawn(move || serve(Box::new(sink), &waiting, &report));
-        Self { work: Some(work), done, under_way: 0, thread: Some(thread) }
+        Self { messages: Some(messages), done, under_way: 0, thread: Some(thread) }
     }
 
-    fn send(&mut self, work: Work) -> Result<()> {
+    fn send(&mut self, message: Message) -> Result<()> {
         self.under_way += 1;
-        let sent = self.work.as_ref().map(|to| to.send(work));
+        let sent = self.messages.as_ref().map(|to| to.send(message));
         // A thread that has panicked takes nothing more.
         if matches!(sent, Some(Ok(()))) { Ok(()) } else { self.outcome().map(drop) }
     }
 
-    /// The outcome of the oldest work whose outcome is not known.
+    /// The outcome of the oldest message whose outcome is not known.
     fn outcome(&mut self) -> Result<Option<PathBuf>> {
         self.under_way -= 1;
         match self.done.recv() {
@@ -68,18 +69,18 @@ impl Behind {
 /// Works until the end, or the first error.
 fn serve(
     mut sink: Box<impl Sink>,
-    work: &Receiver<Work>,
+    messages: &Receiver<Message>,
     report: &Sender<Result<Option<PathBuf>>>,
 ) {
-    for next in work {
-        let outcome = match next {
-            Work::Finish => {
+    for message in messages {
+        let outcome = match message {
+            Message::Finish => {
                 // Nobody waits for the outcome if the run was given up.
                 let _ = report.send(sink.finish());
                 return;
             }
-            Work::Frame { frame, ms, targets, picture } => {
-                sink.write(&Tracked { frame, ms, targets: &targets, picture: &picture })
+            Message::Frame { frame, ms, targets, picture } => {
+                sink.write(&TrackedFrame { frame, ms, targets: &targets, picture: &picture })
             }
         };
         let failed = outcome.is_err();
@@ -89,11 +90,11 @@ fn serve(
     }
 }
 
-impl Sink for Behind {
-    fn write(&mut self, tracked: &Tracked<'_>) -> Result<()> {
-        let Tracked { frame, ms, targets, picture } = *tracked;
+impl Sink for BackgroundSink {
+    fn write(&mut self, tracked: &TrackedFrame<'_>) -> Result<()> {
+        let TrackedFrame { frame, ms, targets, picture } = *tracked;
         let (targets, picture) = (targets.to_vec(), Arc::clone(picture));
-        self.send(Work::Frame { frame, ms, targets, picture })?;
+        self.send(Message::Frame { frame, ms, targets, picture })?;
         if self.under_way > FRAMES {
             self.outcome()?;
         }
@@ -104,15 +105,15 @@ impl Sink for Behind {
         while self.under_way > 0 {
             self.outcome()?;
         }
-        self.send(Work::Finish)?;
+        self.send(Message::Finish)?;
         self.outcome()
     }
 }
 
-impl Drop for Behind {
+impl Drop for BackgroundSink {
     /// Waits until what the output has begun is removed.
     fn drop(&mut self) {
-        self.work = None;
+        self.messages = None;
         if let Some(thread) = self.thread.take() {
             // A panic was printed when it happened; a second one here would end the program.
             let _ = thread.join();
@@ -131,14 +132,14 @@ mod tests {
     type Log = Arc<Mutex<Vec<String>>>;
 
     /// Writes down what happens; each frame takes this long. The frame `fails` is an error.
-    struct Slow {
+    struct SlowSink {
         log: Log,
         pause: Duration,
         fails: usize,
     }
 
-    impl Sink for Slow {
-        fn write(&mut self, tracked: &Tracked<'_>) -> Result<()> {
+    impl Sink for SlowSink {
+        fn write(&mut self, tracked: &TrackedFrame<'_>) -> Result<()> {
             thread::sleep(self.pause);
             if tracked.frame == self.fails {
                 return Err(Error::msg("the disk is full"));
@@ -153,24 +154,24 @@ mod tests {
         }
     }
 
-    impl Drop for Slow {
+    impl Drop for SlowSink {
         fn drop(&mut self) {
             self.log.lock().unwrap().push("dropped".to_string());
         }
     }
 
-    fn slow(log: &Log, milliseconds: u64, fails: usize) -> Behind {
+    fn slow_sink(log: &Log, milliseconds: u64, fails: usize) -> BackgroundSink {
         let (log, pause) = (Arc::clone(log), Duration::from_millis(milliseconds));
-        Behind::new(Slow { log, pause, fails })
+        BackgroundSink::new(SlowSink { log, pause, fails })
     }
 
     #[test]
     fn frames_are_written_in_order_before_the_output_is_complete() {
         let log = Log::default();
-        let mut sink = Box::new(slow(&log, 2, usize::MAX));
-        let seen = [example::seen(patchlock::Status::Tracked)];
+        let mut sink = Box::new(slow_sink(&log, 2, usize::MAX));
+        let targets = [example::target(patchlock::Status::Tracked)];
         for frame in 0..20 {
-            sink.write(&example::tracked(frame, &seen[..frame % 2])).unwrap();
+            sink.write(&example::tracked(frame, &targets[..frame % 2])).unwrap();
             let written = log.lock().unwrap().len();
             assert!(written + FRAMES > frame, "{written} at {frame}");
         }
@@ -183,7 +184,7 @@ mod tests {
     #[test]
     fn an_error_comes_at_the_same_frame_however_fast_the_output_is() {
         for milliseconds in [0, 5] {
-            let mut sink = slow(&Log::default(), milliseconds, 4);
+            let mut sink = slow_sink(&Log::default(), milliseconds, 4);
             for frame in 0..4 + FRAMES {
                 thread::sleep(Duration::from_millis(5 - milliseconds));
                 sink.write(&example::tracked(frame, &[])).unwrap();
@@ -195,7 +196,7 @@ mod tests {
 
     #[test]
     fn an_error_of_the_last_frames_is_one_of_the_whole() {
-        let mut sink = Box::new(slow(&Log::default(), 0, 2));
+        let mut sink = Box::new(slow_sink(&Log::default(), 0, 2));
         (0..3).for_each(|frame| sink.write(&example::tracked(frame, &[])).unwrap());
         assert_eq!(sink.finish().unwrap_err().to_string(), "the disk is full");
     }
@@ -203,7 +204,7 @@ mod tests {
     #[test]
     fn an_output_that_is_given_up_is_dropped_and_not_completed() {
         let log = Log::default();
-        let mut sink = slow(&log, 2, usize::MAX);
+        let mut sink = slow_sink(&log, 2, usize::MAX);
         sink.write(&example::tracked(0, &[])).unwrap();
         drop(sink);
         assert_eq!(*log.lock().unwrap(), ["0 0", "dropped"]);

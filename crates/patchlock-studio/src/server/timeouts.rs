@@ -10,12 +10,12 @@ use tokio::time::{Instant, Sleep, sleep_until};
 
 /// How long a window may take to receive a message.
 pub const SENDING: Duration = Duration::from_secs(20);
-/// The slowest mean speed, in bytes per second, once the patience has passed.
+/// The slowest mean speed, in bytes per second, once the timeout has passed.
 const SLOWEST: u64 = 1024;
 
 /// How long the server waits for a client.
 #[derive(Debug, Clone, Copy)]
-pub struct Patience {
+pub struct Timeouts {
     /// For a request, until its headers are complete.
     pub headers: Duration,
     /// For a body, until its next bytes. All of it may take this and a second per KiB.
@@ -27,7 +27,7 @@ pub struct Patience {
     pub code: Duration,
 }
 
-impl Default for Patience {
+impl Default for Timeouts {
     fn default() -> Self {
         Self {
             headers: Duration::from_secs(30),
@@ -39,21 +39,21 @@ impl Default for Patience {
     }
 }
 
-/// How far a transfer is. It may pause for the patience, and as a whole take the patience and the
+/// How far a transfer is. It may pause for the timeout, and as a whole take the timeout and the
 /// time that its bytes need at [`SLOWEST`].
 #[derive(Debug)]
-pub struct Pace {
-    patience: Duration,
+pub struct TransferDeadline {
+    timeout: Duration,
     begun: Instant,
     moved: Instant,
     bytes: u64,
 }
 
-impl Pace {
+impl TransferDeadline {
     /// A transfer that begins now.
-    pub fn begin(patience: Duration) -> Self {
+    pub fn begin(timeout: Duration) -> Self {
         let now = Instant::now();
-        Self { patience, begun: now, moved: now, bytes: 0 }
+        Self { timeout, begun: now, moved: now, bytes: 0 }
     }
 
     /// Some bytes have passed.
@@ -65,22 +65,22 @@ impl Pace {
     /// When the next bytes must have passed.
     pub fn deadline(&self) -> Instant {
         let whole = self.begun + Duration::from_secs(self.bytes / SLOWEST);
-        whole.min(self.moved) + self.patience
+        whole.min(self.moved) + self.timeout
     }
 }
 
 /// A connection whose other end must take what is written.
 #[derive(Debug)]
-pub struct PacedStream<S> {
+pub struct TimeoutStream<S> {
     stream: S,
-    patience: Duration,
+    timeout: Duration,
     /// What is being written, while the other end does not take all of it at once.
-    slow: Option<(Pace, Pin<Box<Sleep>>)>,
+    slow: Option<(TransferDeadline, Pin<Box<Sleep>>)>,
 }
 
-impl<S> PacedStream<S> {
-    pub fn new(stream: S, patience: Duration) -> Self {
-        Self { stream, patience, slow: None }
+impl<S> TimeoutStream<S> {
+    pub fn new(stream: S, timeout: Duration) -> Self {
+        Self { stream, timeout, slow: None }
     }
 
     /// Passes on the outcome of a write; an error if it has waited for too long.
@@ -90,18 +90,18 @@ impl<S> PacedStream<S> {
         context: &mut Context<'_>,
     ) -> Poll<io::Result<usize>> {
         if let Poll::Ready(written) = written {
-            if let (Ok(bytes), Some((pace, _))) = (&written, &mut self.slow) {
-                pace.passed(*bytes);
+            if let (Ok(bytes), Some((deadline, _))) = (&written, &mut self.slow) {
+                deadline.passed(*bytes);
             }
             return Poll::Ready(written);
         }
-        let (pace, sleep) = self.slow.get_or_insert_with(|| {
-            let pace = Pace::begin(self.patience);
-            let sleep = Box::pin(sleep_until(pace.deadline()));
-            (pace, sleep)
+        let (deadline, sleep) = self.slow.get_or_insert_with(|| {
+            let deadline = TransferDeadline::begin(self.timeout);
+            let sleep = Box::pin(sleep_until(deadline.deadline()));
+            (deadline, sleep)
         });
-        if sleep.deadline() != pace.deadline() {
-            sleep.as_mut().reset(pace.deadline());
+        if sleep.deadline() != deadline.deadline() {
+            sleep.as_mut().reset(deadline.deadline());
         }
         ready!(sleep.as_mut().poll(context));
         let late = io::Error::new(io::ErrorKind::TimedOut, "the client does not take the answer");
@@ -109,7 +109,7 @@ impl<S> PacedStream<S> {
     }
 }
 
-impl<S: AsyncRead + Unpin> AsyncRead for PacedStream<S> {
+impl<S: AsyncRead + Unpin> AsyncRead for TimeoutStream<S> {
     fn poll_read(
         mut self: Pin<&mut Self>,
         context: &mut Context<'_>,
@@ -119,7 +119,7 @@ impl<S: AsyncRead + Unpin> AsyncRead for PacedStream<S> {
     }
 }
 
-impl<S: AsyncWrite + Unpin> AsyncWrite for PacedStream<S> {
+impl<S: AsyncWrite + Unpin> AsyncWrite for TimeoutStream<S> {
     fn poll_write(
         mut self: Pin<&mut Self>,
         context: &mut Context<'_>,
@@ -160,7 +160,7 @@ mod tests {
 
     use super::*;
 
-    const PATIENCE: Duration = Duration::from_secs(60);
+    const TIMEOUT: Duration = Duration::from_secs(60);
 
     /// How long a writer of this many bytes is borne whose other end takes `piece` bytes every 15
     /// seconds, and whether all was written.
@@ -173,7 +173,7 @@ mod tests {
             }
         });
         let begun = Instant::now();
-        let mut paced = PacedStream::new(ours, PATIENCE);
+        let mut paced = TimeoutStream::new(ours, TIMEOUT);
         let written = paced.write_all(&vec![7; bytes]).await;
         let time = begun.elapsed();
         drop(paced);
@@ -184,7 +184,7 @@ mod tests {
     #[tokio::test(start_paused = true)]
     async fn an_answer_that_nobody_takes_is_ended() {
         let (ours, theirs) = duplex(64);
-        let mut paced = PacedStream::new(ours, PATIENCE);
+        let mut paced = TimeoutStream::new(ours, TIMEOUT);
         let error = paced.write_all(&[7; 100]).await.expect_err("nobody reads");
         assert_eq!(error.kind(), io::ErrorKind::TimedOut);
         drop(theirs);
@@ -193,19 +193,19 @@ mod tests {
     #[tokio::test(start_paused = true)]
     async fn an_answer_that_is_taken_a_byte_at_a_time_is_ended() {
         let (time, all) = borne(1000, 1).await;
-        assert!(!all && time <= PATIENCE, "{time:?}");
+        assert!(!all && time <= TIMEOUT, "{time:?}");
     }
 
     #[tokio::test(start_paused = true)]
     async fn an_answer_that_is_taken_slowly_is_given() {
         let (time, all) = borne(1 << 20, 16 << 10).await;
-        assert!(all && time > 10 * PATIENCE, "{time:?}");
+        assert!(all && time > 10 * TIMEOUT, "{time:?}");
     }
 
     #[tokio::test(start_paused = true)]
-    async fn a_pause_is_borne_for_the_patience_however_fast_it_was_before() {
-        let mut pace = Pace::begin(PATIENCE);
-        pace.passed(1 << 30);
-        assert_eq!(pace.deadline(), Instant::now() + PATIENCE);
+    async fn a_pause_is_allowed_for_the_timeout_however_fast_it_was_before() {
+        let mut deadline = TransferDeadline::begin(TIMEOUT);
+        deadline.passed(1 << 30);
+        assert_eq!(deadline.deadline(), Instant::now() + TIMEOUT);
     }
 }

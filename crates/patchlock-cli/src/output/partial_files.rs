@@ -18,7 +18,7 @@ struct Entry {
 }
 
 /// The registration of a file that is being written; dropping it removes the file from the list.
-pub struct Unfinished {
+pub struct PartialFileGuard {
     part: PathBuf,
 }
 
@@ -27,7 +27,7 @@ fn open() -> MutexGuard<'static, Vec<Entry>> {
     OPEN.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-impl Unfinished {
+impl PartialFileGuard {
     /// Registers the temporary file `part`, which will become `target`.
     pub fn new(part: &Path, target: &Path, overwrite: bool) -> Self {
         let (part, target) = (part.to_path_buf(), target.to_path_buf());
@@ -52,37 +52,37 @@ impl Unfinished {
 }
 
 /// Delays an immediate exit while it lives, for writes that must not be split.
-pub struct Hold {
+pub struct ExitDelay {
     _open: MutexGuard<'static, Vec<Entry>>,
 }
 
 /// Delays an immediate exit until the guard is dropped.
-pub fn hold() -> Hold {
-    Hold { _open: open() }
+pub fn delay_exit() -> ExitDelay {
+    ExitDelay { _open: open() }
 }
 
-impl Drop for Unfinished {
+impl Drop for PartialFileGuard {
     fn drop(&mut self) {
         open().retain(|entry| entry.part != self.part);
     }
 }
 
-/// The files at an immediate exit.
+/// What became of the files at an immediate exit.
 #[derive(Debug, Default, PartialEq)]
-pub struct Abandoned {
+pub struct ExitCleanup {
     /// Files moved into place, as far as they were written.
     pub kept: Vec<PathBuf>,
     /// Files that were removed.
-    pub lost: Vec<PathBuf>,
+    pub removed: Vec<PathBuf>,
 }
 
 /// Moves partial files that should be kept into place and removes the others. The process must exit
 /// after this: no file can be completed any more.
-pub fn abandon() -> Abandoned {
+pub fn clean_up() -> ExitCleanup {
     let mut open = open();
-    let mut result = Abandoned::default();
+    let mut result = ExitCleanup::default();
     for entry in open.drain(..) {
-        let list = if entry.keep() { &mut result.kept } else { &mut result.lost };
+        let list = if entry.keep() { &mut result.kept } else { &mut result.removed };
         list.push(entry.target);
     }
     // Never unlock: a waiting thread would continue to write.

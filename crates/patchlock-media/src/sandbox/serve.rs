@@ -4,9 +4,9 @@ use std::fs::File;
 use std::io::{self, Write};
 use std::os::fd::AsFd;
 
-use super::told::Told;
 use super::wire::{self, Kind, Reply, Request};
-use crate::open::{Found, find_guarded};
+use super::wire_error::WireError;
+use crate::find::{OpenedSource, find_guarded};
 use crate::{Error, Limits, Picture, Pixels, ffmpeg, guard};
 
 /// Pictures that are decoded between two signs of life.
@@ -35,16 +35,16 @@ pub fn serve() -> io::Result<()> {
     let limits = Limits { pixels, helper: None };
     let program = ffmpeg::Program { is_of_group: true, ..ffmpeg::Program::default() };
     let mut source = match find_guarded(&name, reverse, limits, program) {
-        Ok(Found::Source(source)) => source,
-        Ok(Found::ForFfmpeg { reason, times }) => {
+        Ok(OpenedSource::Source(source)) => source,
+        Ok(OpenedSource::ForFfmpeg { reason, times }) => {
             let reply = Reply::ForFfmpeg { reason, times: times.as_ref().map(Vec::len) };
             let times = times.unwrap_or_default();
             let times: Vec<u8> = times.into_iter().flat_map(i64::to_ne_bytes).collect();
             return wire::send(&mut output, &reply, &times);
         }
         Err(error) => {
-            let told = Told::of(error, &name.to_string_lossy());
-            return wire::send(&mut output, &Reply::Failed(told), &[]);
+            let wire_error = WireError::of(error, &name.to_string_lossy());
+            return wire::send(&mut output, &Reply::Failed(wire_error), &[]);
         }
     };
     let rate = source.rate().map(|rate| (rate.frames, rate.seconds));
@@ -69,7 +69,7 @@ fn answer(output: &mut File, frame: Result<Option<Picture>, Error>, name: &str) 
     let Picture { width, height, pixels, time } = match frame {
         Ok(Some(picture)) => picture,
         Ok(None) => return wire::send(output, &Reply::End, &[]),
-        Err(error) => return wire::send(output, &Reply::Failed(Told::of(error, name)), &[]),
+        Err(error) => return wire::send(output, &Reply::Failed(WireError::of(error, name)), &[]),
     };
     let head = |kind| Reply::Frame { width, height, kind, time };
     match pixels {

@@ -8,20 +8,20 @@ use crate::{Error, FrameSource, Note, Picture};
 
 /// Decoded frames kept in the queue. A longer queue would only use more memory.
 const DEPTH: usize = 2;
-/// Longest time that [`Ahead::wait`] blocks, so that the caller can check whether to stop.
-pub(crate) const PATIENCE: Duration = Duration::from_millis(100);
+/// Longest time that [`Prefetcher::wait`] blocks, so that the caller can check whether to stop.
+pub(crate) const MAX_WAIT: Duration = Duration::from_millis(100);
 
 /// An iterator over chosen frames of a source, decoded ahead on a separate thread.
-pub struct Ahead {
+pub struct Prefetcher {
     frames: Receiver<(usize, Result<Option<Picture>, Error>)>,
     notes: Receiver<Note>,
     last: Option<usize>,
     ended: bool,
 }
 
-/// The outcome of [`Ahead::wait`].
+/// The outcome of [`Prefetcher::wait`].
 #[derive(Debug)]
-pub enum Next {
+pub enum NextFrame {
     /// The next frame, with its index in the source.
     Frame(usize, Picture),
     /// There are no more frames.
@@ -30,7 +30,7 @@ pub enum Next {
     NotYet,
 }
 
-impl Ahead {
+impl Prefetcher {
     /// Starts the decoder thread, which delivers the frames `indices` of `source` in this order. It
     /// stops after the last of them, at the end of the source, at the first error, or when this
     /// value is dropped.
@@ -74,7 +74,7 @@ impl Ahead {
     /// after `stopped` returns true.
     ///
     /// # Errors
-    /// As [`Ahead::wait`].
+    /// As [`Prefetcher::wait`].
     pub fn next_unless(
         &mut self,
         stopped: &dyn Fn() -> bool,
@@ -87,18 +87,18 @@ impl Ahead {
     /// # Errors
     /// As [`FrameSource::frame`]; [`Error::DecoderEnded`] if the decoder panicked. No frames follow
     /// an error.
-    pub fn wait(&mut self) -> Result<Next, Error> {
+    pub fn wait(&mut self) -> Result<NextFrame, Error> {
         if self.ended {
-            return Ok(Next::End);
+            return Ok(NextFrame::End);
         }
-        let waited = self.frames.recv_timeout(PATIENCE);
+        let waited = self.frames.recv_timeout(MAX_WAIT);
         self.ended = !matches!(waited, Ok((_, Ok(Some(_)))) | Err(RecvTimeoutError::Timeout));
         match waited {
             Ok((index, frame)) => {
                 self.last = Some(index);
-                Ok(frame?.map_or(Next::End, |picture| Next::Frame(index, picture)))
+                Ok(frame?.map_or(NextFrame::End, |picture| NextFrame::Frame(index, picture)))
             }
-            Err(RecvTimeoutError::Timeout) => Ok(Next::NotYet),
+            Err(RecvTimeoutError::Timeout) => Ok(NextFrame::NotYet),
             // The thread ended without sending an end or an error, so the decoder library panicked.
             Err(RecvTimeoutError::Disconnected) => Err(Error::DecoderEnded { after: self.last }),
         }
@@ -108,19 +108,19 @@ impl Ahead {
 /// Waits until there is a frame, the end, or `stopped` returns true.
 pub(crate) fn next_unless(
     stopped: &dyn Fn() -> bool,
-    mut wait: impl FnMut() -> Result<Next, Error>,
+    mut wait: impl FnMut() -> Result<NextFrame, Error>,
 ) -> Result<Option<(usize, Picture)>, Error> {
     while !stopped() {
         match wait()? {
-            Next::Frame(index, picture) => return Ok(Some((index, picture))),
-            Next::End => return Ok(None),
-            Next::NotYet => {}
+            NextFrame::Frame(index, picture) => return Ok(Some((index, picture))),
+            NextFrame::End => return Ok(None),
+            NextFrame::NotYet => {}
         }
     }
     Ok(None)
 }
 
-impl Iterator for Ahead {
+impl Iterator for Prefetcher {
     type Item = Result<(usize, Picture), Error>;
 
     fn next(&mut self) -> Option<Self::Item> {
@@ -134,11 +134,11 @@ mod tests {
     use crate::FrameRate;
 
     /// A source of four frames. Reading frame 3 fails if `damaged`; otherwise it panics.
-    struct Film {
+    struct TestSource {
         damaged: bool,
     }
 
-    impl FrameSource for Film {
+    impl FrameSource for TestSource {
         fn length(&self) -> Option<usize> {
             None
         }
@@ -157,21 +157,21 @@ mod tests {
         }
     }
 
-    fn ahead(damaged: bool, indices: &'static [usize]) -> Ahead {
-        Ahead::start(Box::new(Film { damaged }), indices.iter().copied())
+    fn prefetch(damaged: bool, indices: &'static [usize]) -> Prefetcher {
+        Prefetcher::start(Box::new(TestSource { damaged }), indices.iter().copied())
     }
 
     #[test]
     fn frames_come_in_the_requested_order() {
         let frames: Vec<usize> =
-            ahead(true, &[2, 0, 1]).map(|frame| frame.expect("whole").0).collect();
+            prefetch(true, &[2, 0, 1]).map(|frame| frame.expect("whole").0).collect();
         assert_eq!(frames, [2, 0, 1]);
-        assert_eq!(ahead(true, &[0, 9, 1]).count(), 1, "the source ends before frame 9");
+        assert_eq!(prefetch(true, &[0, 9, 1]).count(), 1, "the source ends before frame 9");
     }
 
     #[test]
     fn an_error_is_reported_once_and_ends_the_iterator() {
-        let mut frames = ahead(true, &[0, 3, 1]);
+        let mut frames = prefetch(true, &[0, 3, 1]);
         assert!(frames.next().expect("a frame").is_ok());
         assert_eq!(frames.next().expect("an error").unwrap_err().to_string(), "damaged");
         assert!(frames.next().is_none() && frames.next().is_none());
@@ -179,7 +179,7 @@ mod tests {
 
     #[test]
     fn a_panic_of_the_decoder_becomes_an_error() {
-        let mut frames = ahead(false, &[0, 3]);
+        let mut frames = prefetch(false, &[0, 3]);
         assert!(frames.next().expect("a frame").is_ok());
         let error = frames.next().expect("an error").unwrap_err();
         assert!(error.to_string().contains("failed at the frame after 0"), "{error}");
@@ -188,7 +188,7 @@ mod tests {
 
     #[test]
     fn no_frame_is_returned_once_the_caller_has_stopped() {
-        let mut frames = ahead(true, &[0, 1]);
+        let mut frames = prefetch(true, &[0, 1]);
         assert!(frames.next_unless(&|| true).expect("no error").is_none());
         assert!(frames.next_unless(&|| false).expect("no error").is_some());
     }

@@ -1,5 +1,5 @@
 //! What ffmpeg writes to standard error while it decodes: when each frame is shown, before it
-//! writes that frame, and complaints.
+//! writes that frame, and error messages.
 
 use std::io::{self, BufReader, Read};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -9,19 +9,19 @@ use std::time::Duration;
 use crate::child::silent;
 use crate::y4m;
 
-/// A complaint may come so many frames before the frame that it is about: a decoder has several
+/// A message may come so many frames before the frame that it is about: a decoder has several
 /// threads, and holds frames back to reorder them.
 const EARLY: usize = 64;
 /// How long the time of a frame may come after the frame itself.
 const COMES: Duration = Duration::from_secs(5);
-/// Most complaints that are kept.
+/// Most messages that are kept.
 const MOST: usize = 10_000;
 
 /// What one run of ffmpeg says.
 #[derive(Clone)]
-pub(crate) struct Heard {
+pub(crate) struct DecoderLog {
     shared: Arc<(Mutex<Lines>, Condvar)>,
-    patience: Duration,
+    timeout: Duration,
 }
 
 #[derive(Default)]
@@ -31,7 +31,7 @@ struct Lines {
     /// The first frame that differs from the first of all in size or format.
     change: Option<usize>,
     /// The first one at each frame that has some.
-    complaints: Vec<Complaint>,
+    messages: Vec<LogMessage>,
     /// The text of the last one.
     last: String,
     /// Nothing more comes.
@@ -42,17 +42,17 @@ struct Lines {
 
 /// A line that is no time of a frame.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Complaint {
+pub(crate) struct LogMessage {
     /// How many times of frames had come before it.
     pub at: usize,
     pub text: String,
 }
 
-impl Heard {
+impl DecoderLog {
     /// Reads what is said on a thread.
-    pub(crate) fn listen(errors: impl Read + Send + 'static, patience: Duration) -> Self {
-        let heard = Self { shared: Arc::default(), patience };
-        let shared = Arc::clone(&heard.shared);
+    pub(crate) fn listen(errors: impl Read + Send + 'static, timeout: Duration) -> Self {
+        let log = Self { shared: Arc::default(), timeout };
+        let shared = Arc::clone(&log.shared);
         thread::spawn(move || {
             let mut errors = BufReader::new(errors);
             while let Some(line) = y4m::piece_of_line(&mut errors).ok().flatten() {
@@ -62,7 +62,7 @@ impl Heard {
             locked(&shared.0).is_over = true;
             shared.1.notify_all();
         });
-        heard
+        log
     }
 
     /// When a frame of this run is shown, in millionths of a second; `None` if ffmpeg does not say.
@@ -75,26 +75,26 @@ impl Heard {
             if lines.is_over || lines.is_mute {
                 return None;
             }
-            let waited = self.shared.1.wait_timeout(lines, self.patience.min(COMES));
+            let waited = self.shared.1.wait_timeout(lines, self.timeout.min(COMES));
             let (now, time) = waited.unwrap_or_else(PoisonError::into_inner);
             lines = now;
             lines.is_mute |= time.timed_out() && lines.times.len() <= at;
         }
     }
 
-    /// Waits until ffmpeg has said everything. Returns its first complaint, which usually names the
+    /// Waits until ffmpeg has said everything. Returns its first message, which usually names the
     /// cause, and the last one; empty if there is none.
     pub(crate) fn whole(&self) -> io::Result<String> {
         let mut lines = locked(&self.shared.0);
         while !lines.is_over {
-            let waited = self.shared.1.wait_timeout(lines, self.patience);
+            let waited = self.shared.1.wait_timeout(lines, self.timeout);
             let (now, time) = waited.unwrap_or_else(PoisonError::into_inner);
             lines = now;
             if time.timed_out() && !lines.is_over {
-                return Err(silent(self.patience));
+                return Err(silent(self.timeout));
             }
         }
-        let first = lines.complaints.first().map(|first| first.text.as_str()).unwrap_or_default();
+        let first = lines.messages.first().map(|first| first.text.as_str()).unwrap_or_default();
         Ok(if first == lines.last {
             first.to_string()
         } else {
@@ -102,16 +102,16 @@ impl Heard {
         })
     }
 
-    /// The first complaint so far.
-    pub(crate) fn first(&self) -> Option<Complaint> {
-        locked(&self.shared.0).complaints.first().cloned()
+    /// The first message so far.
+    pub(crate) fn first(&self) -> Option<LogMessage> {
+        locked(&self.shared.0).messages.first().cloned()
     }
 
-    /// What may be about this frame: the first complaint there or not far before it.
-    pub(crate) fn near(&self, at: usize) -> Option<Complaint> {
+    /// What may be about this frame: the first message there or not far before it.
+    pub(crate) fn near(&self, at: usize) -> Option<LogMessage> {
         let lines = locked(&self.shared.0);
-        let first = lines.complaints.partition_point(|complaint| complaint.at + EARLY < at);
-        lines.complaints.get(first).filter(|complaint| complaint.at <= at).cloned()
+        let first = lines.messages.partition_point(|message| message.at + EARLY < at);
+        lines.messages.get(first).filter(|message| message.at <= at).cloned()
     }
 
     /// The first frame that has another size or format than the first of all.
@@ -122,8 +122,8 @@ impl Heard {
 
 impl Lines {
     fn hear(&mut self, line: &str) {
-        // A time may come within a complaint, which ffmpeg writes in pieces.
-        let complaint = match time_in(line) {
+        // A time may come within a message, which ffmpeg writes in pieces.
+        let message = match time_in(line) {
             Some((before, number, time)) => {
                 // ffmpeg counts anew for frames of another kind.
                 if number == 0 && !self.times.is_empty() {
@@ -134,15 +134,15 @@ impl Lines {
             }
             None => line.strip_suffix("n=0").unwrap_or(line),
         };
-        let text = without_address(complaint);
+        let text = without_address(message);
         if text.is_empty() {
             return;
         }
         self.last.clone_from(&text);
         let at = self.times.len();
-        let is_new = self.complaints.last().is_none_or(|last| last.at < at);
-        if is_new && self.complaints.len() < MOST {
-            self.complaints.push(Complaint { at, text });
+        let is_new = self.messages.last().is_none_or(|last| last.at < at);
+        if is_new && self.messages.len() < MOST {
+            self.messages.push(LogMessage { at, text });
         }
     }
 }
@@ -176,20 +176,20 @@ mod tests {
     use super::*;
 
     #[test]
-    fn times_and_complaints_are_told_apart() {
+    fn times_and_messages_are_separated() {
         let text = "frame:0    pts:0       pts_time:0\nn=0\n\
                     [mjpeg @ 0x55] frame:1    pts:40000   pts_time:0.04\nn=0\n\
                     overread 8\n    Last message repeated 3 times\n\
                     [h264 @ 0x7f] n=0\nframe:2    pts:NOPTS   pts_time:NOPTS\nn=0\n\
                     error while decoding MB 9 7\n\
                     frame:0    pts:120000  pts_time:0.12\nn=0\n";
-        let heard = Heard::listen(text.as_bytes(), Duration::from_secs(20));
-        assert_eq!(heard.whole().unwrap(), "overread 8 ... error while decoding MB 9 7");
-        let times: Vec<_> = (0..5).map(|at| heard.time(at)).collect();
+        let log = DecoderLog::listen(text.as_bytes(), Duration::from_secs(20));
+        assert_eq!(log.whole().unwrap(), "overread 8 ... error while decoding MB 9 7");
+        let times: Vec<_> = (0..5).map(|at| log.time(at)).collect();
         assert_eq!(times, [Some(0), Some(40_000), None, Some(120_000), None]);
-        assert_eq!(heard.first(), Some(Complaint { at: 2, text: "overread 8".to_string() }));
-        assert_eq!(heard.change(), Some(3));
-        let near = |at| heard.near(at).map(|complaint| complaint.text);
+        assert_eq!(log.first(), Some(LogMessage { at: 2, text: "overread 8".to_string() }));
+        assert_eq!(log.change(), Some(3));
+        let near = |at| log.near(at).map(|message| message.text);
         assert_eq!(near(1), None);
         assert_eq!(near(2 + EARLY).as_deref(), Some("overread 8"));
         assert_eq!(near(3 + EARLY).as_deref(), Some("error while decoding MB 9 7"));

@@ -5,17 +5,17 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use patchlock::Status;
 
-use super::Seen;
+use super::TargetResult;
 
 /// The measurements of a run so far.
 #[derive(Debug, Default)]
-pub struct Measured {
+pub struct Measurements {
     times_ms: Vec<f64>,
     /// The ids of all targets so far; `None` is the target of a run with a single one.
     targets: BTreeSet<Option<u64>>,
     /// How often each [`Status`] occurred, in their order.
     statuses: [usize; Status::NAMES.len()],
-    losses: Vec<Loss>,
+    losses: Vec<LostSpan>,
     /// For each target that is lost, its entry in `losses`.
     lost: BTreeMap<Option<u64>, usize>,
     /// For each target, the score of each frame in which it was not lost.
@@ -24,7 +24,7 @@ pub struct Measured {
 
 /// A stretch of frames in which a target was not lost, but its score was low.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Low {
+pub struct LowScoreSpan {
     /// The target's id; `None` if the run has a single target.
     pub id: Option<u64>,
     /// The first frame, in the order of tracking.
@@ -40,7 +40,7 @@ const LOW_FRAMES: usize = 10;
 
 /// A stretch of frames in which a target was lost.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Loss {
+pub struct LostSpan {
     /// The target's id; `None` if the run has a single target.
     pub id: Option<u64>,
     /// The first frame in which it was lost.
@@ -50,28 +50,28 @@ pub struct Loss {
     pub returned: Option<usize>,
 }
 
-impl Measured {
+impl Measurements {
     /// Adds a frame, which took `ms` milliseconds. A frame without targets is not counted.
-    pub fn add(&mut self, frame: usize, targets: &[Seen], ms: f64) {
+    pub fn add(&mut self, frame: usize, targets: &[TargetResult], ms: f64) {
         if targets.is_empty() {
             self.lost.clear();
             return;
         }
         self.times_ms.push(ms);
         // A target that has ended cannot return, even if another begins with the same id.
-        self.lost.retain(|id, _| targets.iter().any(|seen| seen.id == *id));
-        for seen in targets {
-            self.targets.insert(seen.id);
-            self.statuses[seen.estimate.status as usize] += 1;
-            let is_lost = seen.estimate.status == Status::Lost;
+        self.lost.retain(|id, _| targets.iter().any(|target| target.id == *id));
+        for target in targets {
+            self.targets.insert(target.id);
+            self.statuses[target.estimate.status as usize] += 1;
+            let is_lost = target.estimate.status == Status::Lost;
             if !is_lost {
-                let scores = self.scores.entry(seen.id).or_default();
-                scores.push((frame, seen.estimate.score as f32));
+                let scores = self.scores.entry(target.id).or_default();
+                scores.push((frame, target.estimate.score as f32));
             }
-            if is_lost && !self.lost.contains_key(&seen.id) {
-                self.lost.insert(seen.id, self.losses.len());
-                self.losses.push(Loss { id: seen.id, frame, returned: None });
-            } else if !is_lost && let Some(k) = self.lost.remove(&seen.id) {
+            if is_lost && !self.lost.contains_key(&target.id) {
+                self.lost.insert(target.id, self.losses.len());
+                self.losses.push(LostSpan { id: target.id, frame, returned: None });
+            } else if !is_lost && let Some(k) = self.lost.remove(&target.id) {
                 self.losses[k].returned = Some(frame);
             }
         }
@@ -105,7 +105,7 @@ impl Measured {
 
     /// The stretches of at least ten frames with a low score: below one half, if the score is a
     /// probability, and otherwise below half of the target's median score.
-    pub fn low_scores(&self, is_probability: bool) -> Vec<Low> {
+    pub fn low_scores(&self, is_probability: bool) -> Vec<LowScoreSpan> {
         let mut all = Vec::new();
         for (&id, scores) in &self.scores {
             let mut sorted: Vec<f32> = scores.iter().map(|(_, score)| *score).collect();
@@ -114,7 +114,7 @@ impl Measured {
             let limit = if is_probability { 0.5 } else { 0.5 * median };
             let runs = scores.chunk_by(|a, b| (a.1 < limit) == (b.1 < limit));
             let low = runs.filter(|run| run[0].1 < limit && run.len() >= LOW_FRAMES);
-            all.extend(low.map(|run| Low {
+            all.extend(low.map(|run| LowScoreSpan {
                 id,
                 first: run[0].0,
                 last: run[run.len() - 1].0,
@@ -125,7 +125,7 @@ impl Measured {
     }
 
     /// All losses, in the order in which they began.
-    pub fn losses(&self) -> &[Loss] {
+    pub fn losses(&self) -> &[LostSpan] {
         &self.losses
     }
 }
@@ -138,58 +138,61 @@ mod tests {
     #[test]
     fn statuses_are_counted_and_losses_have_their_frames() {
         use Status::{Lost, Tracked, Uncertain};
-        let mut measured = Measured::default();
+        let mut measurements = Measurements::default();
         let statuses = [Tracked, Uncertain, Lost, Lost, Uncertain, Tracked, Lost];
         for (k, status) in statuses.into_iter().enumerate() {
-            measured.add(10 + 2 * k, &[example::seen(status)], 4.0);
+            measurements.add(10 + 2 * k, &[example::target(status)], 4.0);
         }
-        assert_eq!([Tracked, Uncertain, Lost].map(|status| measured.count(status)), [2, 2, 3]);
-        let loss = |frame, returned| Loss { id: None, frame, returned };
-        assert_eq!(measured.losses(), [loss(14, Some(18)), loss(22, None)]);
-        assert_eq!((measured.frames(), measured.targets(), measured.fps()), (7, 1, 250.0));
+        assert_eq!([Tracked, Uncertain, Lost].map(|status| measurements.count(status)), [2, 2, 3]);
+        let loss = |frame, returned| LostSpan { id: None, frame, returned };
+        assert_eq!(measurements.losses(), [loss(14, Some(18)), loss(22, None)]);
+        assert_eq!(
+            (measurements.frames(), measurements.targets(), measurements.fps()),
+            (7, 1, 250.0)
+        );
     }
 
     #[test]
     fn each_target_has_its_own_losses() {
-        let target = |id, status| Seen { id: Some(id), ..example::seen(status) };
-        let mut measured = Measured::default();
-        measured.add(0, &[target(1, Status::Lost), target(2, Status::Tracked)], 1.0);
-        measured.add(1, &[target(1, Status::Tracked), target(2, Status::Lost)], 1.0);
+        let target = |id, status| TargetResult { id: Some(id), ..example::target(status) };
+        let mut measurements = Measurements::default();
+        measurements.add(0, &[target(1, Status::Lost), target(2, Status::Tracked)], 1.0);
+        measurements.add(1, &[target(1, Status::Tracked), target(2, Status::Lost)], 1.0);
         // Target 2 ends; what begins under its id is another one.
-        measured.add(2, &[target(1, Status::Lost)], 1.0);
-        measured.add(3, &[], 1.0);
-        measured.add(4, &[target(1, Status::Tracked), target(2, Status::Tracked)], 1.0);
-        let loss = |id, frame, returned| Loss { id: Some(id), frame, returned };
+        measurements.add(2, &[target(1, Status::Lost)], 1.0);
+        measurements.add(3, &[], 1.0);
+        measurements.add(4, &[target(1, Status::Tracked), target(2, Status::Tracked)], 1.0);
+        let loss = |id, frame, returned| LostSpan { id: Some(id), frame, returned };
         let expected = [loss(1, 0, Some(1)), loss(2, 1, None), loss(1, 2, None)];
-        assert_eq!(measured.losses(), expected);
+        assert_eq!(measurements.losses(), expected);
         assert_eq!(
-            (measured.frames(), measured.targets(), measured.count(Status::Lost)),
+            (measurements.frames(), measurements.targets(), measurements.count(Status::Lost)),
             (4, 2, 3)
         );
     }
 
     #[test]
     fn long_stretches_of_low_scores_are_found() {
-        let mut measured = Measured::default();
+        let mut measurements = Measurements::default();
         for frame in 0..60 {
             let low = (10..19).contains(&frame) || (30..40).contains(&frame);
-            let mut seen = example::seen(Status::Tracked);
-            seen.estimate.score = if low { 0.25 } else { 0.75 };
-            measured.add(frame, &[seen], 4.0);
+            let mut target = example::target(Status::Tracked);
+            target.estimate.score = if low { 0.25 } else { 0.75 };
+            measurements.add(frame, &[target], 4.0);
         }
         // Nine frames are too few.
-        let low = Low { id: seen_id(), first: 30, last: 39, lowest: 0.25 };
-        assert_eq!(measured.low_scores(true), [low]);
+        let low = LowScoreSpan { id: target_id(), first: 30, last: 39, lowest: 0.25 };
+        assert_eq!(measurements.low_scores(true), [low]);
         // Relative to the median of .75, a quarter is low, and more than three eighths is not.
-        assert_eq!(measured.low_scores(false), [low]);
-        let mut even = Measured::default();
-        let mut seen = example::seen(Status::Tracked);
-        seen.estimate.score = 0.4;
-        (0..60).for_each(|frame| even.add(frame, std::slice::from_ref(&seen), 4.0));
+        assert_eq!(measurements.low_scores(false), [low]);
+        let mut even = Measurements::default();
+        let mut target = example::target(Status::Tracked);
+        target.estimate.score = 0.4;
+        (0..60).for_each(|frame| even.add(frame, std::slice::from_ref(&target), 4.0));
         assert_eq!((even.low_scores(true).len(), even.low_scores(false).len()), (1, 0));
     }
 
-    fn seen_id() -> Option<u64> {
-        example::seen(Status::Tracked).id
+    fn target_id() -> Option<u64> {
+        example::target(Status::Tracked).id
     }
 }
