@@ -1,5 +1,6 @@
 //! The Python classes `Network` and `ModelFile`, and the arguments `model` and `runtime`.
 
+use std::io;
 use std::path::{self, Path, PathBuf};
 
 use patchlock::{KnownModel, Method, NetworkError, Runtime};
@@ -17,15 +18,16 @@ type ReduceValue<'py> = (Bound<'py, PyAny>, (Vec<PathBuf>, Option<PathBuf>, Stri
 
 /// A small tracking network from ONNX files, which the preset `network` follows with.
 ///
-/// Known are NanoTrack (versions 2 and 3, a backbone and a head) and VitTrack (one file). Load it
+/// Known are PatchNet (part of the package), NanoTrack (versions 2 and 3, a backbone and a head) and
+/// VitTrack (one file). Load it
 /// once and pass it to any number of trackers. Two networks are equal if their files are.
 ///
 /// A pickle does not hold the network but the full paths of its files, which must be unchanged
 /// where it is loaded again. A network made from bytes can't be pickled.
 ///
 /// Args:
-///     model: A folder with the ONNX files of one network, one file, a list of files, or the bytes
-///         of one file or of a list of files.
+///     model: A folder with the ONNX files of one network, one file, a list of files, the bytes of
+///         one file or of a list of files, or `"patchnet"`, the network that is part of the package.
 ///     runtime: What runs it: `None` for the built-in runtime, `"onnxruntime"` for the library of
 ///         the installed package onnxruntime (`pip install "patchlock[onnxruntime]"`), or the path
 ///         of another library of onnxruntime. A process uses one such library.
@@ -75,7 +77,7 @@ impl Network {
         };
         let (network, paths) = detached(py, || match files {
             Files::Paths(paths) => {
-                let paths = paths.iter().map(path::absolute).collect::<Result<Vec<_>, _>>()?;
+                let paths = paths.iter().map(absolute).collect::<Result<Vec<_>, _>>()?;
                 Ok::<_, PyErr>((from_paths(&paths, library.as_deref())?, paths))
             }
             Files::Bytes(files) => Ok((from_bytes(&files, library.as_deref())?, Vec::new())),
@@ -400,15 +402,23 @@ pub fn library(py: Python<'_>, runtime: Option<&RuntimeName>) -> PyResult<Option
     }
 }
 
+/// The full path; the name of our own network stays as it is.
+fn absolute(path: &PathBuf) -> io::Result<PathBuf> {
+    if *path == Path::new(models::PATCHNET) { Ok(path.clone()) } else { path::absolute(path) }
+}
+
 fn from_paths(paths: &[PathBuf], library: Option<&Path>) -> PyResult<patchlock::Network> {
     if let [path] = paths {
         return models::load(path, library).map_err(of_model);
     }
     let mut files = Vec::new();
     for path in paths {
-        for file in models::files(path).map_err(of_model)? {
-            files.push(models::read(&file).map_err(of_model)?);
-        }
+        files.extend(
+            models::contents(path)
+                .map_err(of_model)?
+                .into_iter()
+                .map(|(_, bytes)| bytes.into_owned()),
+        );
     }
     from_bytes(&files, library)
 }

@@ -1,5 +1,6 @@
 //! Finds the files of a network and loads them.
 
+use std::borrow::Cow;
 use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -8,6 +9,9 @@ use patchlock::{Method, ModelFile, Network, NetworkError, Runtime};
 use serde::{Deserialize, Serialize};
 
 use crate::error::READ_ADVICE;
+
+/// The name of our own network, in place of the path of a folder.
+pub const PATCHNET: &str = "patchnet";
 
 /// The largest file that is read; the library's own limit is the same.
 const MAX_BYTES: u64 = 64 << 20;
@@ -125,6 +129,22 @@ pub fn read(path: &Path) -> Result<Vec<u8>, ModelError> {
     crate::files::read(path).map_err(unreadable)
 }
 
+/// A file of a model: its path and its bytes.
+pub type NamedFile = (PathBuf, Cow<'static, [u8]>);
+
+/// The ONNX files of a model, or of [`PATCHNET`].
+///
+/// # Errors
+/// As [`files`] and [`read`].
+pub fn contents(path: &Path) -> Result<Vec<NamedFile>, ModelError> {
+    if path == Path::new(PATCHNET) {
+        let names = ["patchnet_backbone.onnx", "patchnet_head.onnx"].map(PathBuf::from);
+        return Ok(names.into_iter().zip(Network::PATCHNET_FILES.map(Cow::Borrowed)).collect());
+    }
+    let read = |file: PathBuf| read(&file).map(|bytes| (file, Cow::Owned(bytes)));
+    files(path)?.into_iter().map(read).collect()
+}
+
 /// What a file is.
 ///
 /// # Errors
@@ -134,21 +154,20 @@ pub fn examine(path: &Path) -> Result<ModelFile, ModelError> {
     ModelFile::examine(&read(path)?).map_err(unusable)
 }
 
-/// The network in a folder or file, run by the built-in runtime or by this library of onnxruntime.
+/// The network in a folder or file, or [`PATCHNET`], run by the built-in runtime or by this library of onnxruntime.
 ///
 /// # Errors
 /// [`ModelError`] if a file cannot be read or used.
 pub fn load(path: &Path, runtime: Option<&Path>) -> Result<Network, ModelError> {
-    let files = files(path)?;
-    let contents = files.iter().map(|file| read(file)).collect::<Result<Vec<_>, _>>()?;
-    let bytes: Vec<&[u8]> = contents.iter().map(Vec::as_slice).collect();
+    let contents = contents(path)?;
+    let bytes: Vec<&[u8]> = contents.iter().map(|(_, bytes)| &**bytes).collect();
     let runtime = match runtime {
         None => Runtime::built_in(),
         Some(library) => Runtime::onnxruntime(library).map_err(ModelError::Runtime)?,
     };
     Network::with_runtime(&bytes, &runtime).map_err(|error| {
         // The file, if one is unusable by itself; otherwise the files do not fit together.
-        let mut alone = files.iter().zip(&bytes);
+        let mut alone = contents.iter().map(|(file, bytes)| (file, bytes));
         let faulty = alone.find_map(|(file, bytes)| Some((file, ModelFile::examine(bytes).err()?)));
         let (path, error) = faulty.map_or((path, error), |(file, error)| (file, error));
         ModelError::Unusable { path: path.to_path_buf(), error }
@@ -158,7 +177,7 @@ pub fn load(path: &Path, runtime: Option<&Path>) -> Result<Network, ModelError> 
 /// Where the files of a network are.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct ModelPaths {
-    /// A folder with the ONNX files of one network, or the only file.
+    /// A folder with the ONNX files of one network, or the only file, or [`PATCHNET`].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub model: Option<PathBuf>,
     /// The library of onnxruntime that runs it; without one, the built-in runtime does.
@@ -192,6 +211,9 @@ impl ModelPaths {
     pub fn absolute(&self) -> Result<Self, ModelError> {
         let absolute = |path: &Option<PathBuf>| {
             let path = path.as_deref().map(|path| {
+                if path == Path::new(PATCHNET) {
+                    return Ok(path.to_path_buf());
+                }
                 let unreadable =
                     |reason| ModelError::Unreadable { path: path.to_path_buf(), reason };
                 std::path::absolute(path).map_err(unreadable)
@@ -226,5 +248,23 @@ impl From<&Network> for UsedNetwork {
 impl fmt::Display for UsedNetwork {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}, runtime {}", self.model, self.runtime)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn our_own_network_is_known_by_its_name_alone() {
+        let named = ModelPaths { model: Some(PATCHNET.into()), runtime: None };
+        assert_eq!(named.absolute().unwrap(), named);
+        let network = load(Path::new(PATCHNET), None).unwrap();
+        assert_eq!((network.name(), network), ("PatchNet", Network::patchnet()));
+        let files = contents(Path::new(PATCHNET)).unwrap();
+        let known = files.iter().map(|(_, bytes)| ModelFile::examine(bytes).unwrap().known);
+        let known: Vec<_> = known.map(|known| known.map(|known| Path::new(known.file))).collect();
+        assert_eq!(known, files.iter().map(|(file, _)| Some(file.as_path())).collect::<Vec<_>>());
+        assert!(load(Path::new("./patchnet"), None).is_err());
     }
 }

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use patchlock::{Error, Kind, Method, PARAMETERS, Parameter, Preset, TrackerConfig, Value};
 
 use crate::files;
-use crate::models::{ModelError, ModelPaths};
+use crate::models::{ModelError, ModelPaths, PATCHNET};
 use crate::names::near_matches;
 
 /// Invalid settings.
@@ -247,6 +247,7 @@ fn with_file(
 ) -> Result<(TrackerConfig, ModelPaths), SettingsError> {
     let mut settings = read(file)?;
     let mut path = |name: &'static str| match settings.remove(name) {
+        Some(toml::Value::String(path)) if path == PATCHNET => Ok(Some(path.into())),
         Some(toml::Value::String(path)) => Ok(Some(file.with_file_name("").join(path))),
         Some(other) => {
             let value = other.to_string();

@@ -20,13 +20,15 @@ EXAMPLES:
       says what each file in the folder is, and whether they make a network
   patchlock model vitTracker.onnx
       the same for the only file of a network
+  patchlock model patchnet
+      the same for the network that is part of Patchlock
   patchlock track video.mp4 --box 120,80,64,48 \\
     --model nanotrack-v3/ --save boxes.csv
       follows a target with the help of the network
 
 A network is recognised by its inputs and outputs, so other weights for the same
 structure can be used, too. Published files are recognised by their SHA-256.
-Patchlock contains no network and downloads none. These are published:
+Patchlock downloads none. These are known:
 ";
 
 static HELP: LazyLock<String> = LazyLock::new(|| EXAMPLES.to_owned() + &published());
@@ -45,7 +47,7 @@ const WIDTH: usize = 90;
 #[derive(Debug, Args)]
 #[command(after_help = HELP.as_str())]
 pub struct ModelArgs {
-    /// A folder with the ONNX files of one network, or a file
+    /// A folder with the ONNX files of one network, a file, or patchnet
     #[arg(value_name = "DIR|FILE")]
     path: PathBuf,
 }
@@ -64,8 +66,7 @@ fn failure(error: ModelError) -> Failure {
 }
 
 fn describe(path: &Path, text: &mut String) -> Result<(), ModelError> {
-    for file in models::files(path)? {
-        let bytes = models::read(&file)?;
+    for (file, bytes) in models::contents(path)? {
         let unusable = |error| ModelError::Unusable { path: file.clone(), error };
         let found = ModelFile::examine(&bytes).map_err(unusable)?;
         *text += &of_file(&file, bytes.len(), &found);

@@ -39,8 +39,9 @@ pub struct SettingsArgs {
 /// A network of the user.
 #[derive(Debug, Args)]
 pub struct ModelArgs {
-    /// A tracking network: a folder with ONNX files, or the only file
+    /// A tracking network: a folder with ONNX files, the only file, or patchnet
     ///
+    /// patchnet is part of Patchlock; ./patchnet is a folder of that name.
     /// The files are those of one model. robust uses it beside its own models, and is right more
     /// often; network needs one. patchlock model --help says where to get one.
     #[arg(long, value_name = "DIR|FILE")]

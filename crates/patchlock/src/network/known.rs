@@ -30,8 +30,27 @@ const fn nanotrack([name, file, sha256, origin]: [&'static str; 4]) -> KnownMode
     KnownModel { name, file, sha256, origin, licence, training }
 }
 
+const fn patchnet([file, sha256]: [&'static str; 2]) -> KnownModel {
+    KnownModel {
+        name: "PatchNet",
+        file,
+        sha256,
+        origin: "part of Patchlock, crates/patchlock/models",
+        licence: "MIT OR Apache-2.0",
+        training: "trained by training/ on free pictures, which training/sources.csv lists with their licences",
+    }
+}
+
 /// All of them.
 pub const KNOWN_MODELS: &[KnownModel] = &[
+    patchnet([
+        "patchnet_backbone.onnx",
+        "9e039a0b9c7c291025be3b61c3b4bb280d73da4edcba59511cd1fead0aaad58e",
+    ]),
+    patchnet([
+        "patchnet_head.onnx",
+        "219975e21a7349f15855070855d72615e86a4ca90b253ee5b12e9c6ec1ea661d",
+    ]),
     nanotrack([
         "NanoTrack v3",
         "nanotrack_backbone.onnx",

@@ -8,6 +8,8 @@ use super::{Network, NetworkParts};
 use crate::network_error::NetworkError;
 use sha2::{Digest, Sha256};
 use std::sync::Arc;
+#[cfg(feature = "patchnet")]
+use std::sync::LazyLock;
 
 /// What an ONNX file is.
 #[derive(Debug, Clone, PartialEq)]
@@ -51,6 +53,22 @@ impl ModelFile {
 }
 
 impl Network {
+    /// PatchNet, our own network: it is in the library, and needs no file.
+    #[cfg(feature = "patchnet")]
+    pub fn patchnet() -> Self {
+        static NETWORK: LazyLock<Network> = LazyLock::new(|| {
+            Network::from_bytes(&Network::PATCHNET_FILES).expect("a test loads these files")
+        });
+        NETWORK.clone()
+    }
+
+    /// The ONNX files of [`Network::patchnet`]: the backbone and the head.
+    #[cfg(feature = "patchnet")]
+    pub const PATCHNET_FILES: [&[u8]; 2] = [
+        include_bytes!("../../models/patchnet_backbone.onnx"),
+        include_bytes!("../../models/patchnet_head.onnx"),
+    ];
+
     /// The network in these ONNX files, in any order, run by the built-in runtime.
     ///
     /// # Errors

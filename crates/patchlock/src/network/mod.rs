@@ -34,6 +34,8 @@ mod recognise;
 #[cfg(feature = "network")]
 mod runtime;
 #[cfg(feature = "network")]
+mod selection;
+#[cfg(feature = "network")]
 mod vittrack;
 
 use family::Family;
@@ -49,8 +51,9 @@ use std::sync::Arc;
 /// A network that follows a target: a value made from the bytes of its ONNX files, loaded once for
 /// any number of targets and trackers. A clone is the same network.
 ///
-/// It is recognised by its inputs and outputs. NodeInfo are NanoTrack (versions 2 and 3, a backbone
-/// and a head) and VitTrack (one file). The feature `network` has the functions that make one.
+/// It is recognised by its inputs and outputs. Known are PatchNet, our own, and NanoTrack (versions 2
+/// and 3), each a backbone and a head, and VitTrack (one file). The feature `network` has the
+/// functions that make one.
 ///
 /// ```no_run
 /// use patchlock::{Network, Preset, TrackerConfig};

@@ -1,63 +1,80 @@
-//! NanoTrack, versions 2 and 3 (HonglinChu, <https://github.com/HonglinChu/SiamTrackers>): a
-//! backbone for template and window, and a head that correlates the two.
+//! NanoTrack, versions 2 and 3 (HonglinChu, <https://github.com/HonglinChu/SiamTrackers>), and
+//! PatchNet, our own network, which `training/` makes: a backbone for template and window, and a head
+//! that correlates the two.
 //!
-//! The rules of [`Family::detect`] are those of SiamRPN (Li et al. 2018, Sec. 4.3) with the numbers
-//! that were published with each version.
+//! The numbers of [`Selection`] are those that were published with each version.
 
 use super::family::Family;
 use super::graph::CheckedGraph;
 use super::predictions::{
-    Buffers, CellPredictions, CentredBox, Detection, Window, change, hann, hann_over, largest,
+    Buffers, CellPredictions, CentredBox, Detection, Window, hann, hann_over,
 };
 use super::program::Program;
 use super::recognise::{Part, Recogniser};
 use super::runtime::Runtime;
+use super::selection::{Selection, context};
 use crate::network_error::NetworkError;
 use crate::vision::frame::Frame;
+use crate::vision::geometry::Point;
 
-/// Sides of the inputs in pixels.
-const TEMPLATE: usize = 127;
-const SEARCH: usize = 255;
-/// Pixels of the window from one cell to the next.
-const STRIDE: f64 = 16.0;
-/// The part of the target's half perimeter that is added to its sides as context.
-const CONTEXT: f64 = 0.5;
 /// Rows and columns of the template's features that the head uses.
 const KERNEL: usize = 8;
+
+/// What pictures a network reads, and how its cells lie in them.
+#[derive(Debug)]
+struct Layout {
+    /// Side of the template in pixels: the square with the target and its context.
+    template: usize,
+    /// Side of the window in pixels, at the scale of the template.
+    search: usize,
+    /// Pixels of the window from one cell to the next.
+    stride: f64,
+    /// Channels of the score: those of background and target, or one logit.
+    classes: usize,
+    /// Whether the middle of the window is between its cells, if their number is even, and a window
+    /// is centred on the target's centre and not half a pixel beyond it.
+    symmetric: bool,
+}
+
+const NANOTRACK: Layout =
+    Layout { template: 127, search: 255, stride: 16.0, classes: 2, symmetric: false };
+const PATCHNET: Layout =
+    Layout { template: 64, search: 128, stride: 8.0, classes: 1, symmetric: true };
 
 /// Numbers that differ between the versions.
 #[derive(Debug, Clone, Copy)]
 struct Version {
     name: &'static str,
+    layout: &'static Layout,
     /// Cells on a side of the head's outputs, by which the version is recognised.
     cells: usize,
-    /// How much the Hann window counts.
-    window: f64,
-    /// How strongly a change of size or aspect is punished.
-    penalty: f64,
-    /// How fast the size follows.
-    rate: f64,
+    selection: Selection,
     /// Slope and offset of the certainty's logit over that of the score: fitted on 40 targets, one
     /// half tried with the numbers of the other (benchmarks/record/committee.md).
     certainty: [f64; 2],
 }
 
-const VERSIONS: [Version; 2] = [
+const VERSIONS: [Version; 3] = [
     Version {
         name: "NanoTrack v2",
+        layout: &NANOTRACK,
         cells: 16,
-        window: 0.490,
-        penalty: 0.150,
-        rate: 0.385,
+        selection: Selection { window: 0.490, penalty: 0.150, rate: 0.385 },
         certainty: [0.616, -2.154],
     },
     Version {
         name: "NanoTrack v3",
+        layout: &NANOTRACK,
         cells: 15,
-        window: 0.455,
-        penalty: 0.138,
-        rate: 0.348,
+        selection: Selection { window: 0.455, penalty: 0.138, rate: 0.348 },
         certainty: [0.485, -1.607],
+    },
+    Version {
+        name: "PatchNet",
+        layout: &PATCHNET,
+        cells: 16,
+        selection: Selection { window: 0.45, penalty: 0.2, rate: 0.1 },
+        certainty: [2.272, 0.326],
     },
 ];
 
@@ -68,7 +85,8 @@ pub const RECOGNISER: Recogniser = Recogniser {
         Part { family: "NanoTrack", name: "head" },
     ],
     files: "NanoTrack (a backbone with an input [1, 3, 255, 255] and one output; a head with two \
-            inputs [1, C, 8, 8] and [1, C, 16, 16] and outputs of 2 and 4 channels)",
+            inputs [1, C, 8, 8] and [1, C, 16, 16] and outputs of 2 and 4 channels), or PatchNet, \
+            whose head has outputs of 1 and 4 channels",
     part,
     build,
 };
@@ -90,7 +108,7 @@ fn part(graph: &CheckedGraph) -> Option<usize> {
     };
     match (&channels(&graph.inputs)[..], &channels(&graph.outputs)[..]) {
         ([Some(3)], [_]) => Some(0),
-        ([template, search], [Some(2), Some(4)]) if template == search => Some(1),
+        ([template, search], [Some(1 | 2), Some(4)]) if template == search => Some(1),
         _ => None,
     }
 }
@@ -102,9 +120,11 @@ fn build(graphs: &[CheckedGraph], runtime: &Runtime) -> Result<Box<dyn Family>, 
     let damaged = |what: &str, shapes: &[Vec<usize>]| {
         crate::network_error::graph(format!("the outputs of its {what} have the shapes {shapes:?}"))
     };
+    let classes = head.outputs.first().and_then(|output| output.shape().get(1).copied().flatten());
+    let layout = if classes == Some(1) { &PATCHNET } else { &NANOTRACK };
     let image = |side| [1, 3, side, side];
-    let template = Program::new(backbone, &[&image(TEMPLATE)], runtime)?;
-    let search = Program::new(backbone, &[&image(SEARCH)], runtime)?;
+    let template = Program::new(backbone, &[&image(layout.template)], runtime)?;
+    let search = Program::new(backbone, &[&image(layout.search)], runtime)?;
     let ([small], [large]) = (template.output_shapes(), search.output_shapes()) else {
         return Err(damaged("backbone", search.output_shapes()));
     };
@@ -116,18 +136,12 @@ fn build(graphs: &[CheckedGraph], runtime: &Runtime) -> Result<Box<dyn Family>, 
         return Err(damaged("head", head.output_shapes()));
     };
     let of = |version: &&Version| {
-        let cells = version.cells;
-        *classes == [1, 2, cells, cells] && *boxes == [1, 4, cells, cells]
+        let Version { layout, cells, .. } = **version;
+        *classes == [1, layout.classes, cells, cells] && *boxes == [1, 4, cells, cells]
     };
     let version = VERSIONS.iter().find(of).ok_or_else(|| damaged("head", head.output_shapes()))?;
-    let hann = hann_over(&hann(version.cells));
+    let hann = hann_over(&version.window());
     Ok(Box::new(NanoTrack { version: *version, template, search, head, hann }))
-}
-
-/// The side of the square with the target and its context, in frame pixels.
-fn context([w, h]: [f64; 2]) -> f64 {
-    let context = CONTEXT * (w + h);
-    ((w + context) * (h + context)).sqrt()
 }
 
 impl Family for NanoTrack {
@@ -142,8 +156,7 @@ impl Family for NanoTrack {
         place: CentredBox,
         buffers: &mut Buffers,
     ) -> Result<Vec<f32>, NetworkError> {
-        let side = context(place.size);
-        Window { centre: place.centre, side, pixels: TEMPLATE }.cut(frame, border, buffers);
+        self.version.layout.template_window(place).cut(frame, border, buffers);
         let Buffers { planes, program, features, .. } = buffers;
         self.template.run(&[&planes.samples], program, features)?;
         Ok(features[0].clone())
@@ -161,14 +174,13 @@ impl Family for NanoTrack {
         place: CentredBox,
         buffers: &mut Buffers,
     ) -> Result<(), NetworkError> {
-        let side = context(place.size) * SEARCH as f64 / TEMPLATE as f64;
-        let window = Window { centre: place.centre, side, pixels: SEARCH };
-        window.cut(frame, border, buffers);
+        self.version.layout.search_window(place).cut(frame, border, buffers);
         let Buffers { planes, program, features, outputs, predictions, .. } = buffers;
         self.search.run(&[&planes.samples], program, features)?;
         outputs.resize_with(2, Vec::new);
         self.head.run(&[template, &features[0]], program, outputs)?;
-        decode(&outputs[0], &outputs[1], self.version.cells, &window, place, predictions);
+        let [classes, boxes] = [0, 1].map(|k| outputs[k].as_slice());
+        self.version.decode(classes, boxes, place, predictions);
         Ok(())
     }
 
@@ -178,55 +190,71 @@ impl Family for NanoTrack {
     }
 
     fn detect(&self, predictions: &CellPredictions, last: CentredBox) -> Detection {
-        self.version.detect(&self.hann, predictions, last)
+        self.version.selection.detect(&self.hann, predictions, last)
+    }
+}
+
+impl Layout {
+    /// The part of the frame that the template shows.
+    fn template_window(&self, place: CentredBox) -> Window {
+        let (centre, side) = (self.column_of(place), context(place.size));
+        Window { centre, side, pixels: self.template }
+    }
+
+    /// The part of the frame in which the target is searched.
+    fn search_window(&self, place: CentredBox) -> Window {
+        let side = context(place.size) * self.search as f64 / self.template as f64;
+        Window { centre: self.column_of(place), side, pixels: self.search }
+    }
+
+    /// Column and row of the frame on which the window of a place is centred.
+    fn column_of(&self, place: CentredBox) -> Point {
+        let shift = if self.symmetric { 0.5 } else { 0.0 };
+        place.centre.map(|at| at - shift)
     }
 }
 
 impl Version {
-    fn detect(&self, hann: &[f64], predictions: &CellPredictions, last: CentredBox) -> Detection {
-        let Self { window, penalty, rate, .. } = *self;
-        let penalties = |place: &CentredBox| {
-            let [w, h] = place.size;
-            let aspect = change((last.size[0] / last.size[1]) / (w / h));
-            let size = change(context(place.size) / context(last.size));
-            (-(aspect * size - 1.0) * penalty).exp()
-        };
-        let ranked = predictions.places.iter().zip(&predictions.scores).zip(hann).map(
-            |((place, score), hann)| penalties(place) * score * (1.0 - window) + hann * window,
-        );
-        let cell = largest(ranked);
-        let (best, score) = (predictions.places[cell], predictions.scores[cell]);
-        let rate = penalties(&best) * score * rate;
-        let size = [0, 1].map(|k| last.size[k] + rate * (best.size[k] - last.size[k]));
-        Detection { place: CentredBox { centre: best.centre, size }, score, cell, rate }
+    /// The Hann window along a line of cells; a symmetric one without its ends, which are 0.
+    fn window(&self) -> Vec<f64> {
+        match self.layout.symmetric {
+            true => hann(self.cells + 2)[1..=self.cells].to_vec(),
+            false => hann(self.cells),
+        }
     }
-}
 
-/// The cells of the head's outputs: two classes, and the distances from a cell to the left, top,
-/// right and bottom of the box.
-fn decode(
-    classes: &[f32],
-    boxes: &[f32],
-    cells: usize,
-    window: &Window,
-    last: CentredBox,
-    predictions: &mut CellPredictions,
-) {
-    predictions.clear();
-    let count = cells * cells;
-    let (Some(classes), Some(boxes)) = (classes.get(..2 * count), boxes.get(..4 * count)) else {
-        return;
-    };
-    let scale = window.scale();
-    for k in 0..count {
-        let value = |plane: usize| f64::from(boxes[plane * count + k]);
-        let cell = [k % cells, k / cells].map(|at| (at as f64 - (cells / 2) as f64) * STRIDE);
-        let [left, top, right, bottom] = [value(0), value(1), value(2), value(3)];
-        let offset = [cell[0] + (right - left) / 2.0, cell[1] + (bottom - top) / 2.0];
-        let centre = [0, 1].map(|axis| window.centre[axis] + scale * offset[axis]);
-        let place = CentredBox { centre, size: [(left + right) * scale, (top + bottom) * scale] };
-        let logit = f64::from(classes[count + k]) - f64::from(classes[k]);
-        predictions.push(logit, place, last);
+    /// The cells of the head's outputs for the window around the last place: the score, and the
+    /// distances from a cell to the left, top, right and bottom of the box.
+    fn decode(
+        &self,
+        classes: &[f32],
+        boxes: &[f32],
+        last: CentredBox,
+        predictions: &mut CellPredictions,
+    ) {
+        predictions.clear();
+        let Self { layout, cells, .. } = *self;
+        let count = cells * cells;
+        let (Some(classes), Some(boxes)) =
+            (classes.get(..layout.classes * count), boxes.get(..4 * count))
+        else {
+            return;
+        };
+        let scale = layout.search_window(last).scale();
+        let middle = if layout.symmetric { (cells - 1) as f64 / 2.0 } else { (cells / 2) as f64 };
+        for k in 0..count {
+            let value = |plane: usize| f64::from(boxes[plane * count + k]);
+            let cell = [k % cells, k / cells].map(|at| (at as f64 - middle) * layout.stride);
+            let [left, top, right, bottom] = [0, 1, 2, 3].map(value);
+            let offset = [cell[0] + (right - left) / 2.0, cell[1] + (bottom - top) / 2.0];
+            let centre = [0, 1].map(|axis| last.centre[axis] + scale * offset[axis]);
+            let size = [(left + right) * scale, (top + bottom) * scale];
+            let logit = match layout.classes {
+                1 => f64::from(classes[k]),
+                _ => f64::from(classes[count + k]) - f64::from(classes[k]),
+            };
+            predictions.push(logit, CentredBox { centre, size }, last);
+        }
     }
 }
 
@@ -234,8 +262,9 @@ fn decode(
 mod tests {
     use super::*;
 
-    const WINDOW: Window = Window { centre: [50.0, 40.0], side: 510.0, pixels: 255 };
     const LAST: CentredBox = CentredBox { centre: [50.0, 40.0], size: [20.0, 30.0] };
+    /// A pixel of the template is two of the frame.
+    const LARGE: CentredBox = CentredBox { centre: [50.0, 40.0], size: [127.0, 127.0] };
 
     fn predict(logit: impl Fn(usize) -> f32, sides: [f32; 4]) -> CellPredictions {
         let count = 15 * 15;
@@ -243,7 +272,7 @@ mod tests {
             (0..2 * count).map(|k| if k < count { 0.0 } else { logit(k - count) }).collect();
         let boxes: Vec<f32> = (0..4 * count).map(|k| sides[k / count]).collect();
         let mut predictions = CellPredictions::default();
-        decode(&classes, &boxes, 15, &WINDOW, LAST, &mut predictions);
+        VERSIONS[1].decode(&classes, &boxes, LARGE, &mut predictions);
         predictions
     }
 
@@ -270,7 +299,7 @@ mod tests {
             (scores[cell], places[cell]) = (score, place);
         }
         let predictions = CellPredictions { scores, logits: vec![0.0; 225], places };
-        VERSIONS[1].detect(&hann_over(&hann(15)), &predictions, LAST)
+        VERSIONS[1].selection.detect(&hann_over(&hann(15)), &predictions, LAST)
     }
 
     fn sized(w: f64, h: f64) -> CentredBox {
@@ -325,7 +354,22 @@ mod tests {
     #[test]
     fn damaged_outputs_are_the_old_place_with_no_score() {
         let predictions = predict(|_| f32::NAN, [f32::INFINITY, 7.0, 5.0, -9.0]);
-        assert!(predictions.places.iter().all(|place| *place == LAST));
+        assert!(predictions.places.iter().all(|place| *place == LARGE));
         assert!(predictions.scores.iter().all(|&score| score == 0.0));
+    }
+
+    #[test]
+    fn the_cells_of_patchnet_lie_around_the_middle_of_its_window() {
+        let boxes: Vec<f32> = (0..4 * 256).map(|k| [5.0, 7.0, 5.0, 9.0][k / 256]).collect();
+        let last = CentredBox { size: [64.0, 64.0], ..LARGE };
+        let mut predictions = CellPredictions::default();
+        VERSIONS[2].decode(&[2.0; 256], &boxes, last, &mut predictions);
+        let place = |row: usize, column: usize| predictions.places[row * 16 + column];
+        // A pixel of the window is two of the frame, and a cell 8 pixels of the window.
+        let expected = CentredBox { centre: [58.0, 50.0], size: [20.0, 32.0] };
+        assert_eq!((place(8, 8), predictions.logits[0]), (expected, 2.0));
+        assert_eq!((place(7, 7).centre, place(8, 10).centre), ([42.0, 34.0], [90.0, 50.0]));
+        let window = PATCHNET.search_window(last);
+        assert_eq!((window.centre, window.scale()), ([49.5, 39.5], 2.0));
     }
 }
