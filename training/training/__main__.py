@@ -70,6 +70,9 @@ def judge(options):
     for group, values in found.items():
         print(f"{group} {len(values)} {sum(values.values()) / len(values):.3f}")
     print(f"all {len(every)} {sum(every) / len(every):.3f}")
+    if not options.only:
+        hits, overlap = judging.single_looks(options.folder, data)
+        print(f"single looks: hits {hits:.3f}, overlap {overlap:.3f}")
     if options.save:
         with options.save.open("w", newline="") as file:
             rows = [(g, n, f"{v:.4f}") for g, values in found.items() for n, v in values.items()]

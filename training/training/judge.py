@@ -15,6 +15,8 @@ from .geometry import CELLS, SEARCH, STRIDE, TEMPLATE, context_side, window
 # Share of the Hann window, punishment of changes of size, and how fast the size follows.
 WINDOW, PENALTY, RATE = 0.4, 0.1, 0.3
 SMALLEST = 6
+# Looks at each target by `single_looks`.
+LOOKS = 50
 THRESHOLDS = np.arange(0, 1.01, 0.05)
 CENTRES = (np.arange(CELLS) - (CELLS - 1) / 2) * STRIDE
 HANN = np.outer(np.hanning(CELLS + 2)[1:-1], np.hanning(CELLS + 2)[1:-1])
@@ -97,6 +99,13 @@ def targets(data):
             yield folder.parent.name, name, frames[skipped : skipped + len(boxes)], boxes
 
 
+def read(path):
+    image = cv2.imread(str(path))
+    if image is None:
+        raise ValueError(f"{path} is no picture that can be read")
+    return cv2.cvtColor(image, cv2.COLOR_BGR2RGB)
+
+
 def overlaps(made, truth):
     ends = np.minimum(made[:, :2] + made[:, 2:], truth[:, :2] + truth[:, 2:])
     shared = np.maximum(ends - np.maximum(made[:, :2], truth[:, :2]), 0).prod(1)
@@ -109,7 +118,7 @@ def follow(network, frames, truth):
     # OTB counts pixels from 1.
     truth = truth - [1, 1, 0, 0]
     for path in frames:
-        frame = cv2.cvtColor(cv2.imread(str(path)), cv2.COLOR_BGR2RGB)
+        frame = read(path)
         if tracker is None:
             tracker = Tracker(network, frame, truth[0])
             boxes.append(truth[0])
@@ -136,6 +145,34 @@ def judge(folder, data, only=None):
     if not found:
         raise FileNotFoundError(f"{data} holds no SET/SEQUENCE/groundtruth_rect.txt")
     return found
+
+
+def single_looks(folder, data):
+    """For looks near the target, far from the template's frame: the share that overlap by more
+    than .3, and the mean overlap."""
+    cv2.setNumThreads(1)
+    network, rng, found = Network(folder), np.random.default_rng(5), []
+    for _, _, frames, truth in targets(data):
+        truth = truth - [1, 1, 0, 0]
+        first = Tracker(network, read(frames[0]), truth[0])
+        for number in np.linspace(1, len(frames) - 1, LOOKS).astype(int):
+            if np.isfinite(truth[number]).all() and (truth[number, 2:] > 0).all():
+                found.append(single_look(first, read(frames[number]), truth[number], rng))
+    return np.mean(np.array(found) > 0.3), np.mean(found)
+
+
+def single_look(tracker, frame, box, rng):
+    """The overlap of the best cell's box, from a place and size near the truth."""
+    side = context_side(*box[2:]) * np.exp(rng.normal(0, 0.1))
+    scale = side / TEMPLATE
+    centre = box[:2] + box[2:] / 2 + rng.normal(0, 10, 2) * scale
+    cut = window(frame, centre, scale * SEARCH, SEARCH, tracker.border)
+    score, sides = tracker.network.look(tracker.template, cut)
+    row, column = np.unravel_index(np.argmax(score), score.shape)
+    left, top, right, bottom = sides[:, row, column]
+    start = np.array([CENTRES[column] - left, CENTRES[row] - top])
+    found = np.concatenate([centre + scale * start, scale * np.array([left + right, top + bottom])])
+    return overlaps(found[None], box[None])[0]
 
 
 def default_data():
