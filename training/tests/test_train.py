@@ -38,7 +38,7 @@ def test_a_stopped_run_ends_with_the_same_weights(work, monkeypatch):
     train.train(work, parts, Settings(steps=5, batch=4), threads=1, workers=2)
     assert calls == [0, 1, 2, 3, 2, 3, 4]
     ends = [torch.load(run / "step-000005.pt", weights_only=True) for run in (whole, parts)]
-    assert all((a == b).all() for a, b in zip(ends[0].values(), ends[1].values()))
+    assert all((a == b).all() for a, b in zip(*(end.values() for end in ends), strict=True))
 
 
 def test_a_run_is_not_mixed_with_another(work):

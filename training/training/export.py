@@ -31,21 +31,37 @@ def export(network, folder, half=True):
     backbone, head = (folder / name for name in FILES)
     free = {2: "height", 3: "width"}
     write(
-        network.backbone, (picture,), backbone, ["picture"], ["features"],
-        {"picture": free, "features": {2: "rows", 3: "columns"}}, half,
+        network.backbone,
+        (picture,),
+        backbone,
+        ["picture"],
+        ["features"],
+        {"picture": free, "features": {2: "rows", 3: "columns"}},
+        half,
     )
     template = torch.zeros(1, features.shape[1], KERNEL, KERNEL)
     write(
-        network.head, (template, torch.zeros(1, features.shape[1], CELLS, CELLS)), head,
-        ["template", "window"], ["score", "sides"], None, half,
+        network.head,
+        (template, torch.zeros(1, features.shape[1], CELLS, CELLS)),
+        head,
+        ["template", "window"],
+        ["score", "sides"],
+        None,
+        half,
     )
     return backbone, head
 
 
 def write(module, inputs, path, names, outputs, free, half):
     torch.onnx.export(
-        module, inputs, str(path), input_names=names, output_names=outputs,
-        dynamic_axes=free, opset_version=OPSET, dynamo=False,
+        module,
+        inputs,
+        str(path),
+        input_names=names,
+        output_names=outputs,
+        dynamic_axes=free,
+        opset_version=OPSET,
+        dynamo=False,
     )
     model = without_identities(onnx.load(path))
     if half:

@@ -93,10 +93,15 @@ def targets(data):
             part = re.search(r"rect(\.\d+)\.txt", truth.name)
             name = folder.name + (part[1] if part else "")
             frames = sorted((folder / "img").glob("*.jpg"))
-            lines = [line for line in truth.read_text().splitlines() if line.strip()]
-            boxes = np.array([[float(v) for v in re.split(r"[,\s]+", line.strip())] for line in lines])
+            boxes = read_boxes(truth)
             skipped = max(0, len(frames) - len(boxes)) if folder.name in FIRST_FRAME else 0
             yield folder.parent.name, name, frames[skipped : skipped + len(boxes)], boxes
+
+
+def read_boxes(path):
+    """Left, top, width and height, a line each; not finite where the target is absent."""
+    lines = [line.strip() for line in path.read_text().splitlines() if line.strip()]
+    return np.array([[float(number) for number in re.split(r"[,\s]+", line)] for line in lines])
 
 
 def read(path):

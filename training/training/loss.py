@@ -23,16 +23,17 @@ def targets(boxes):
     return distances, across & down & there, (distances.amin(1) > 0) & there
 
 
+def area(sides):
+    """The areas of boxes by the distances to their sides. A cell beside a narrow box has negative
+    ones, so what two boxes share may be nothing."""
+    return (sides[:, :2] + sides[:, 2:]).clamp(min=0).prod(1)
+
+
 def overlaps(made, given):
     """Intersection over union, and its generalisation (Rezatofighi et al. 2019), of boxes that
     share a cell."""
-    area = lambda sides: (sides[:, 0] + sides[:, 2]) * (sides[:, 1] + sides[:, 3])
-    # A box may not cover its own cell.
-    shared = torch.minimum(made, given)
-    shared = (shared[:, :2] + shared[:, 2:]).clamp(min=0).prod(1)
+    shared, around = area(torch.minimum(made, given)), area(torch.maximum(made, given))
     union = area(made) + area(given) - shared
-    around = torch.maximum(made, given)
-    around = (around[:, :2] + around[:, 2:]).prod(1)
     overlap = shared / union
     return overlap, overlap - (around - union) / around
 

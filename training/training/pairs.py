@@ -106,7 +106,11 @@ def view(store, number, matrix, source, target, pixels, border=None, sharp=False
     found = inner(matrix @ np.diag(factor), np.asarray(source) / factor, target)
     mode = cv2.BORDER_REFLECT_101 if border is None else cv2.BORDER_CONSTANT
     return cv2.warpAffine(
-        image, found, (pixels, pixels), flags=cv2.INTER_LINEAR, borderMode=mode,
+        image,
+        found,
+        (pixels, pixels),
+        flags=cv2.INTER_LINEAR,
+        borderMode=mode,
         borderValue=0 if border is None else tuple(float(value) for value in border),
     )
 

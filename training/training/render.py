@@ -68,7 +68,7 @@ def stood(model, pose):
         cos, sin = np.cos(angle), np.sin(angle)
         first, second = points[:, a].copy(), points[:, b].copy()
         points[:, a], points[:, b] = cos * first - sin * second, sin * first + cos * second
-    points[:, :2] /= (1 + pose.perspective * points[:, 2:])
+    points[:, :2] /= 1 + pose.perspective * points[:, 2:]
     return points
 
 
@@ -96,8 +96,14 @@ def drawn(model, pose, points, width, height):
     points = points * [FINER, FINER, 1]
     layer = np.zeros((height * FINER, width * FINER, 4), np.float32)
     fill(
-        points, model.texture_points, model.triangles, model.of_texture, model.textures,
-        pose.lamp, pose.dim, layer,
+        points,
+        model.texture_points,
+        model.triangles,
+        model.of_texture,
+        model.textures,
+        pose.lamp,
+        pose.dim,
+        layer,
     )
     return cv2.resize(layer, (width, height), interpolation=cv2.INTER_AREA)
 

@@ -80,7 +80,8 @@ def unpack_resources(bundle, target):
         fields = struct.unpack_from(">IHII", data, tree + node * length)
         name_at, flags, first, second = fields
         size = struct.unpack_from(">H", data, names + name_at)[0]
-        name = data[names + name_at + 6 : names + name_at + 6 + 2 * size].decode("utf-16-be") if node else ""
+        start = names + name_at + 6
+        name = data[start : start + 2 * size].decode("utf-16-be") if node else ""
         path = folder / name
         if flags & 2:
             for child in range(second, second + first):

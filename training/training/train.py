@@ -107,7 +107,9 @@ class Training:
     def follow(self):
         """Moves the slow mean, from which the weights are exported."""
         share = 1 - min(0.999, (1 + self.step) / (10 + self.step))
-        for mean, now in zip(self.mean.state_dict().values(), self.network.state_dict().values()):
+        for mean, now in zip(
+            *(n.state_dict().values() for n in (self.mean, self.network)), strict=True
+        ):
             if mean.dtype.is_floating_point:
                 mean.lerp_(now, share)
 
@@ -123,7 +125,7 @@ def train(work, run, settings, threads, workers):
     begun, first, sums = time.monotonic(), training.step, [0.0] * 3
     try:
         while training.step < settings.steps:
-            sums = [a + b for a, b in zip(sums, training.learn(*batches.take()))]
+            sums = [a + b for a, b in zip(sums, training.learn(*batches.take()), strict=True)]
             if training.step % EVERY == 0:
                 speed = (training.step - first) * settings.batch / (time.monotonic() - begun)
                 report(run, training, [value / EVERY for value in sums], speed)
