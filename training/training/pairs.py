@@ -23,9 +23,6 @@ from .looks import Look, taken
 # Shares of pairs: a target that moves with its surrounding, a cut-out before other surroundings,
 # the rest a model that turns and moves its limbs.
 NATURAL, PASTED = 0.4, 0.25
-# The first pairs have no models: the network learns to compare before it learns what may differ.
-FIRST_MODELLED = 32000
-WITHOUT_MODELS = 0.55
 ABSENT = 0.06
 
 
@@ -64,11 +61,9 @@ class Motion:
 def make(store, seed, number):
     """Pair `number`. A draw that shows too little of the target is drawn again."""
     rng = np.random.default_rng([seed, number])
-    plain = number < FIRST_MODELLED or not store.models
-    first, second = (WITHOUT_MODELS, 1) if plain else (NATURAL, NATURAL + PASTED)
     while True:
         chance = rng.random()
-        kind = natural if chance < first else pasted if chance < second else modelled
+        kind = natural if chance < NATURAL else pasted if chance < NATURAL + PASTED else modelled
         pair = kind(store, rng, Motion.random(rng))
         if pair is not None:
             return finished(pair, rng)

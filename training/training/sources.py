@@ -112,13 +112,18 @@ def licences(root):
 
 def licence_of(path, patterns):
     """The licence of a file: that of the last pattern that fits. The patterns name files of the
-    source package, so each may fit the end of the installed path."""
-    fitting = None
+    source package, so each may fit the end of the installed path, and pictures may have been
+    converted."""
+    path, fitting = without_format(path), None
     for pattern, licence in patterns:
-        tail = pattern.removeprefix("src/activities/").lstrip("/")
+        tail = without_format(pattern.removeprefix("src/activities/").lstrip("/"))
         if fnmatch.fnmatch(path, tail) or fnmatch.fnmatch(path, "*/" + tail):
             fitting = licence
     return fitting
+
+
+def without_format(path):
+    return re.sub(r"\.(jpe?g|png|webp)$", "", path)
 
 
 def chosen(work, kind):
