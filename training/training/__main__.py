@@ -28,7 +28,7 @@ def main(arguments=None):
     judged.add_argument("--save", type=Path, help="CSV for the figures")
     options = parser.parse_args(arguments)
     try:
-        globals()[options.command](options)
+        CALLS[options.command](options)
     except (ValueError, FileNotFoundError) as error:
         sys.exit(f"error: {error}")
 
@@ -78,6 +78,8 @@ def judge(options):
             rows = [(g, n, f"{v:.4f}") for g, values in found.items() for n, v in values.items()]
             csv.writer(file).writerows([("set", "target", "auc"), *rows])
 
+
+CALLS = {"fetch": fetch, "pairs": pairs, "train": train, "export": export, "judge": judge}
 
 if __name__ == "__main__":
     main()

@@ -19,6 +19,7 @@ from .geometry import (
     linear,
 )
 from .looks import Look, taken
+from .render import placed, poses
 
 # Shares of pairs: a target that moves with its surrounding, a cut-out before other surroundings,
 # the rest a model that turns and moves its limbs.
@@ -213,8 +214,6 @@ def pasted(store, rng, motion):
 
 def modelled(store, rng, motion):
     """A model that turns and moves its limbs, before other surroundings."""
-    from .render import placed, poses
-
     number = int(rng.integers(len(store.models)))
     model = store.models[number]
     first, second = poses(rng, model)

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import cv2
 import numpy as np
 
+from .models import Model, models
 from .objects import SMALL, hull, segments
 from .pictures import cutouts, photographs, shrunk
 
@@ -34,11 +35,11 @@ class Segment:
 
 @dataclass
 class Store:
-    photographs: list
-    segments: list
+    photographs: list[np.ndarray]
+    segments: list[Segment]
     # The cuts of the segments come first.
-    cuts: list
-    models: list = field(default_factory=list)
+    cuts: list[Cut]
+    models: list[Model] = field(default_factory=list)
 
     def prepare(self):
         """Computes what is not worth saving."""
@@ -63,8 +64,6 @@ def pyramid(image):
 
 def build(work):
     """Makes the store of the packages that were fetched."""
-    from .models import models
-
     found = photographs(work)
     store = Store([image for _, image in found], [], [])
     for number, image in enumerate(store.photographs):
@@ -76,6 +75,9 @@ def build(work):
         # Neighbours in a folder are alike.
         store.cuts.append(make_cut(shrunk(image, SMALL), -1 - number // 6))
     store.models = list(models(work))
+    for kind in ("segments", "models"):
+        if not getattr(store, kind):
+            raise ValueError(f"no {kind} were found in {work}/packages; sources.csv must name some")
     with (work / FILE).open("wb") as file:
         pickle.dump(store, file, protocol=4)
     progress(
