@@ -59,12 +59,10 @@ def fetch(work):
 def unpack(archive, root):
     """Unpacks a package; a stop leaves nothing that looks complete."""
     part = root.with_name(root.name + ".part")
+    part.parent.mkdir(parents=True, exist_ok=True)
     subprocess.run(["dpkg", "-x", archive, part], check=True)
     for bundle in list(part.rglob("*.rcc")):
         unpack_resources(bundle, bundle.with_suffix(""))
-    for bundle in list(part.rglob("*.pk3")) + list(part.rglob("*.sh3f")):
-        target = bundle.with_suffix("")
-        subprocess.run(["unzip", "-qqo", bundle, "-d", target], check=True)
     part.rename(root)
 
 
