@@ -13,7 +13,7 @@ from .export import FILES
 from .geometry import CELLS, SEARCH, STRIDE, TEMPLATE, context_side, window
 
 # Share of the Hann window, punishment of changes of size, and how fast the size follows.
-WINDOW, PENALTY, RATE = 0.4, 0.1, 0.3
+WINDOW, PENALTY, RATE = 0.45, 0.2, 0.1
 SMALLEST = 6
 # Looks at each target by `single_looks`.
 LOOKS = 50
