@@ -1,0 +1,1 @@
+"""Trains the small tracking network of Patchlock from free pictures."""
