@@ -57,10 +57,9 @@ def trained_network():
     return network.eval()
 
 
-@pytest.mark.parametrize("half", [False, True])
-def test_the_files_compute_what_the_network_does(tmp_path, half):
+def test_the_files_compute_what_the_network_does(tmp_path):
     network = trained_network()
-    files = export.export(network, tmp_path, half)
+    files = export.export(network, tmp_path)
     rng = np.random.default_rng(1)
     template = rng.integers(0, 255, (64, 64, 3), dtype=np.uint8)
     picture = rng.integers(0, 255, (128, 128, 3), dtype=np.uint8)
@@ -69,10 +68,9 @@ def test_the_files_compute_what_the_network_does(tmp_path, half):
     planes = [torch.from_numpy(p).permute(2, 0, 1)[None].float() for p in (template, picture)]
     with torch.no_grad():
         logits, distances = network(*planes)
-    near = 2e-2 if half else 1e-4
-    assert np.abs(score - torch.sigmoid(logits)[0, 0].numpy()).max() < near
-    assert np.abs(sides / distances[0].numpy() - 1).max() < near
-    assert sum(file.stat().st_size for file in files) < (250_000 if half else 450_000)
+    assert np.abs(score - torch.sigmoid(logits)[0, 0].numpy()).max() < 1e-4
+    assert np.abs(sides / distances[0].numpy() - 1).max() < 1e-4
+    assert sum(file.stat().st_size for file in files) < 450_000
     allowed = (
         "Add Cast Clip Constant Conv Div Exp MatMul Mul ReduceMean Relu Reshape Sigmoid Slice "
         "Sqrt Sub Transpose"

@@ -18,7 +18,7 @@ def main(arguments=None):
     trained.add_argument("--steps", type=int, default=12000)
     trained.add_argument("--threads", type=int, default=1, help="threads of the trainer")
     trained.add_argument("--makers", type=int, default=1, help="processes that make pairs")
-    exported = commands.add_parser("export", help="write backbone.onnx and head.onnx")
+    exported = commands.add_parser("export", help="write patchnet_backbone.onnx and patchnet_head.onnx")
     exported.add_argument("weights", type=Path, help="a file step-NNNNNN.pt of a run")
     exported.add_argument("folder", type=Path)
     judged = commands.add_parser("judge", help="follow the targets of development sets")

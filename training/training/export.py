@@ -1,18 +1,16 @@
-"""Writes the network as two ONNX files, laid out as those of NanoTrack, with weights in half
-precision."""
+"""Writes the network as two ONNX files, laid out as those of NanoTrack."""
 
 import copy
 
-import numpy as np
 import onnx
 import torch
-from onnx import TensorProto, helper, numpy_helper
+from onnx import numpy_helper
 
 from .geometry import CELLS, SEARCH
 from .network import KERNEL, Tracker
 
 OPSET = 17
-FILES = ("backbone.onnx", "head.onnx")
+FILES = ("patchnet_backbone.onnx", "patchnet_head.onnx")
 
 
 def network_of(path):
@@ -22,8 +20,8 @@ def network_of(path):
     return network.eval()
 
 
-def export(network, folder, half=True):
-    """Writes `backbone.onnx` and `head.onnx`."""
+def export(network, folder):
+    """Writes the files of `FILES`."""
     folder.mkdir(parents=True, exist_ok=True)
     network = copy.deepcopy(network).eval().to(memory_format=torch.contiguous_format)
     picture = torch.zeros(1, 3, SEARCH, SEARCH)
@@ -37,7 +35,6 @@ def export(network, folder, half=True):
         ["picture"],
         ["features"],
         {"picture": free, "features": {2: "rows", 3: "columns"}},
-        half,
     )
     template = torch.zeros(1, features.shape[1], KERNEL, KERNEL)
     write(
@@ -47,12 +44,11 @@ def export(network, folder, half=True):
         ["template", "window"],
         ["score", "sides"],
         None,
-        half,
     )
     return backbone, head
 
 
-def write(module, inputs, path, names, outputs, free, half):
+def write(module, inputs, path, names, outputs, free):
     torch.onnx.export(
         module,
         inputs,
@@ -64,8 +60,6 @@ def write(module, inputs, path, names, outputs, free, half):
         dynamo=False,
     )
     model = without_identities(onnx.load(path))
-    if half:
-        model = halved(model)
     onnx.checker.check_model(model)
     onnx.save(model, path)
 
@@ -84,20 +78,3 @@ def without_identities(model):
         graph.node.remove(node)
     return model
 
-
-def halved(model):
-    """The model with its large weights stored in half precision and widened when it is loaded."""
-    graph, kept, casts = model.graph, [], []
-    for tensor in graph.initializer:
-        values = numpy_helper.to_array(tensor)
-        if tensor.data_type != TensorProto.FLOAT or values.size < 16:
-            kept.append(tensor)
-            continue
-        stored = numpy_helper.from_array(values.astype(np.float16), tensor.name + ".half")
-        kept.append(stored)
-        casts.append(helper.make_node("Cast", [stored.name], [tensor.name], to=TensorProto.FLOAT))
-    nodes = casts + list(graph.node)
-    del graph.initializer[:], graph.node[:]
-    graph.initializer.extend(kept)
-    graph.node.extend(nodes)
-    return model

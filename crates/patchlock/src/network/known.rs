@@ -37,7 +37,8 @@ const fn patchnet([file, sha256]: [&'static str; 2]) -> KnownModel {
         sha256,
         origin: "part of Patchlock, crates/patchlock/models",
         licence: "MIT OR Apache-2.0",
-        training: "trained by training/ on free pictures, which training/sources.csv lists with their licences",
+        training: "trained by training/ on free pictures, some under GPL or CC-BY-SA: what that means for the \
+             weights is unsettled, see training/MODEL_CARD.md",
     }
 }
 
