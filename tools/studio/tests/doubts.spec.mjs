@@ -46,7 +46,7 @@ test('a target with one box is not overlooked', async ({ page }) => {
 test('Esc says which targets were waiting, and they can be tracked', async ({ page, folder }) => {
     // A slow tracker, so that the first target is tracked while the second one is drawn.
     const studio = await Studio.start(folder.videos, ['--preset', 'paper']);
-    const work = new Work(page);
+    const work = new StudioPage(page);
     await work.open(studio.address);
     const tracked = (at) => Object.keys(folder.project().targets[at].tracked).length;
     await work.draw(truth[0]);
