@@ -9,8 +9,8 @@ use crate::network_error::NetworkError;
 use crate::numeric::parallel::*;
 use crate::observe::{CommitteeView, FrameView, MemberView, Observer};
 use crate::target_tracker::{Input, Scratch, TargetTracker};
+pub(crate) use consensus::{CommitteeFit, NANOTRACK, PATCHNET};
 use consensus::{Consensus, ConsensusParams, Vote, Weights};
-pub(crate) use consensus::{FILTERS, NETWORK};
 
 /// A target that several trackers follow.
 #[derive(Debug)]
@@ -37,8 +37,8 @@ struct MemberScratches(Vec<Scratch>);
 
 impl Committee {
     /// A committee of these members, which have begun on the same target.
-    pub fn new(members: Vec<Member>, config: &RobustConfig) -> Self {
-        Self { members, params: ConsensusParams::new(config), votes: Vec::new() }
+    pub fn new(members: Vec<Member>, config: &RobustConfig, fit: &'static CommitteeFit) -> Self {
+        Self { members, params: ConsensusParams::new(config, fit), votes: Vec::new() }
     }
 
     /// Its members, in a fixed order.

@@ -81,6 +81,11 @@ impl NetworkTarget {
         Ok((target, estimate))
     }
 
+    /// The name of its network.
+    pub fn name(&self) -> &'static str {
+        self.network.name()
+    }
+
     /// Finds the target in the next frame. On an error nothing has changed.
     pub fn step(
         &mut self,
