@@ -7,7 +7,7 @@ import numpy as np
 
 
 @dataclass
-class Look:
+class Appearance:
     """What template and window have in common, since one camera took both."""
 
     grey: bool

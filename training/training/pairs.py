@@ -18,7 +18,7 @@ from .geometry import (
     inner,
     linear,
 )
-from .looks import Look, taken
+from .looks import Appearance, taken
 from .render import placed, poses
 
 # Shares of pairs: a target that moves with its surrounding, a cut-out before other surroundings,
@@ -77,7 +77,7 @@ def finished(pair, rng):
         template, window = template[:, ::-1], window[:, ::-1]
         if box.any():
             box = np.array([SEARCH - box[2], box[1], SEARCH - box[0], box[3]])
-    look = Look.random(rng)
+    look = Appearance.random(rng)
     template = taken(np.ascontiguousarray(template), look, rng)
     window = taken(np.ascontiguousarray(window), look, rng)
     return Pair(template, window, box.astype(np.float32))

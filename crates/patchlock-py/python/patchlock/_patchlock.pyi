@@ -333,15 +333,16 @@ class PatchModelConfig:
 class Network:
     """A small tracking network from ONNX files, which the preset `network` follows with.
 
-    Known are NanoTrack (versions 2 and 3, a backbone and a head) and VitTrack (one file). Load it
+    Known are PatchNet (part of the package), NanoTrack (versions 2 and 3, a backbone and a head) and
+    VitTrack (one file). Load it
     once and pass it to any number of trackers. Two networks are equal if their files are.
 
     A pickle does not hold the network but the full paths of its files, which must be unchanged
     where it is loaded again. A network made from bytes can't be pickled.
 
     Args:
-        model: A folder with the ONNX files of one network, one file, a list of files, or the bytes
-            of one file or of a list of files.
+        model: A folder with the ONNX files of one network, one file, a list of files, the bytes of
+            one file or of a list of files, or `"patchnet"`, the network that is part of the package.
         runtime: What runs it: `None` for the built-in runtime, `"onnxruntime"` for the library of
             the installed package onnxruntime (`pip install "patchlock[onnxruntime]"`), or the path
             of another library of onnxruntime. A process uses one such library.
