@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import io
 import json
 import os
 import re
@@ -75,6 +76,11 @@ def test_what_only_files_can_do_is_refused() -> None:
         Frames("gopher://h/a")
 
 
+PROXY = "https://hub.example.org/user/me/proxy/{port}/"
+BOX = (10, 20, 30, 40)
+BOXES = {"boxes": {"frame": 0, "boxes": [BOX]}}
+
+
 def answer(address: str, message: object, host: str | None = None) -> None:
     """Says this on the page of the address, as its script does, also through the proxy at a host."""
     url = urllib.parse.urlsplit(address)
@@ -92,26 +98,33 @@ def answer(address: str, message: object, host: str | None = None) -> None:
         head = struct.pack("!BB", 0x81, 0x80 | len(data)) if len(data) < 126 else b""
         # A mask of zeros leaves the text as it is.
         stream.sendall(head + bytes(4) + data)
-        stream.recv(1 << 16)
+        heard = b""
+        while b'"taken"' not in heard:
+            heard += (more := stream.recv(1 << 16))
+            assert more and b'"error"' not in heard, heard
+
+
+def printed(stderr: io.StringIO, pattern: str) -> re.Match[str]:
+    """What is printed on standard error, once it is there."""
+    while (found := re.search(pattern, stderr.getvalue())) is None:
+        time.sleep(0.01)
+    return found
 
 
 @pytest.mark.parametrize(
-    ("message", "box"), [({"boxes": [[10, 20, 30, 40]]}, (10, 20, 30, 40)), ("cancel", None)]
+    ("message", "box"), [(BOXES, BOX), ("cancel", None)]
 )
 def test_a_box_is_drawn_on_a_page(
-    message: object, box: tuple[int, ...] | None, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    message: object, box: tuple[int, ...] | None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     opened: list[str] = []
     monkeypatch.setattr("webbrowser.open", opened.append)
+    monkeypatch.setattr("sys.stderr", stderr := io.StringIO())
     frame = np.zeros((100, 120, 3), np.uint8)
 
     def person() -> None:
-        said = ""
-        # What is read may end within the address.
-        while (address := re.search(r"http://\S+(?=\s)", said)) is None:
-            said += capfd.readouterr().err
-            time.sleep(0.01)
-        answer(address[0], message)
+        # What is printed may end within the address.
+        answer(printed(stderr, r"http://\S+(?=\s)")[0], message)
 
     # If it fails the test waits for a box that nobody draws, until its time is over.
     thread = threading.Thread(target=person, daemon=True)
@@ -126,23 +139,14 @@ def test_a_box_is_drawn_on_a_page(
     assert len(opened) == 1 and "#once-" in opened[0]
 
 
-PROXY = "https://hub.example.org/user/me/proxy/{port}/"
-BOX = (10, 20, 30, 40)
-
-
-def test_the_page_behind_a_proxy_is_asked_at_its_address(
-    capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_page_behind_a_proxy_is_asked_at_its_address(monkeypatch: pytest.MonkeyPatch) -> None:
     opened: list[str] = []
     monkeypatch.setattr("webbrowser.open", opened.append)
+    monkeypatch.setattr("sys.stderr", stderr := io.StringIO())
 
     def person() -> None:
-        said = ""
-        while (found := re.search(r"https://hub.example.org/user/me/proxy/(\d+)/#(\w+)\s", said)) is None:
-            said += capfd.readouterr().err
-            time.sleep(0.01)
-        port, token = found.groups()
-        answer(f"http://127.0.0.1:{port}/#{token}", {"boxes": [BOX]}, host="hub.example.org")
+        port, token = printed(stderr, r"https://hub.example.org/user/me/proxy/(\d+)/#(\w+)\s").groups()
+        answer(f"http://127.0.0.1:{port}/#{token}", BOXES, host="hub.example.org")
 
     thread = threading.Thread(target=person, daemon=True)
     thread.start()
@@ -172,7 +176,7 @@ def test_a_notebook_shows_the_page_and_says_how_it_is_reached(
         token = shown[0].partition("#")[2]
         with urllib.request.urlopen(f"http://127.0.0.1:{port}/") as page:
             policy.append(page.headers["Content-Security-Policy"])
-        answer(f"http://127.0.0.1:{port}/#{token}", {"boxes": [BOX]})
+        answer(f"http://127.0.0.1:{port}/#{token}", BOXES)
 
     thread = threading.Thread(target=person, daemon=True)
     thread.start()
