@@ -61,7 +61,7 @@ class Frames(NamedTuple):
 
 def track(sequence: Path, settings: dict[str, float]) -> list[list[float]]:
     """The rows of a sequence after its first frame."""
-    true = paired.boxes(sequence / "groundtruth_rect.txt")
+    true = paired.boxes_from_0(sequence / "groundtruth_rect.txt")
     config = patchlock.Config()
     for name, value in settings.items():
         setattr(config.robust, name, value)

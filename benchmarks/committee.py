@@ -49,7 +49,7 @@ def mean(boxes: list[tuple[float, ...]], log_odds: list[float]) -> tuple[float, 
 
 
 def track(sequence: Path, model: Path) -> Target:
-    true = paired.boxes(sequence / "groundtruth_rect.txt")
+    true = paired.boxes_from_0(sequence / "groundtruth_rect.txt")
     words, overlaps, visible = [], [], []
     for k, image in patchlock.Frames(str(sequence / "img")):
         if k == 0:

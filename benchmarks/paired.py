@@ -98,6 +98,11 @@ def boxes(file: Path) -> list[Box | None]:
     return rows
 
 
+def boxes_from_0(file: Path) -> list[Box | None]:
+    """The boxes of a file in the layout of OTB, whose first pixel is 1, as trackers count: from 0."""
+    return [box and (box[0] - 1, box[1] - 1, *box[2:]) for box in boxes(file)]
+
+
 def overlap(a: Box, b: Box) -> float:
     width = min(a[0] + a[2], b[0] + b[2]) - max(a[0], b[0])
     height = min(a[1] + a[3], b[1] + b[3]) - max(a[1], b[1])

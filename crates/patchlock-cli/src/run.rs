@@ -6,7 +6,7 @@ use std::sync::Arc;
 use anyhow::Result;
 use patchlock::{BoundingBox, TrackerConfig};
 use patchlock_media::Picture;
-use patchlock_studio::server::window::{Redrawn, Window};
+use patchlock_studio::server::window::{RedrawnTarget, Window};
 use patchlock_track::many_targets::ManyTargets;
 use patchlock_track::session;
 
@@ -108,7 +108,8 @@ impl Run {
     /// drawn. A box that the tracker refuses changes nothing.
     fn redraw(&mut self, progress: &Progress) -> Result<()> {
         for redrawn in self.redrawn_on.iter().flat_map(|page| page.redrawn()) {
-            let Redrawn { id, frame, picture, bbox: bbox @ BoundingBox { x, y, w, h } } = redrawn;
+            let RedrawnTarget { id, frame, picture, bbox: bbox @ BoundingBox { x, y, w, h } } =
+                redrawn;
             let called = id.map_or_else(|| "the target".to_string(), |id| format!("target {id}"));
             // A single target has the first id.
             match self.tracker.restart(id.unwrap_or(1), &picture.frame()?, bbox) {

@@ -154,7 +154,8 @@ pub fn examine(path: &Path) -> Result<ModelFile, ModelError> {
     ModelFile::examine(&read(path)?).map_err(unusable)
 }
 
-/// The network in a folder or file, or [`PATCHNET`], run by the built-in runtime or by this library of onnxruntime.
+/// The network in a folder or file, or [`PATCHNET`], run by the built-in runtime or by this library
+/// of onnxruntime.
 ///
 /// # Errors
 /// [`ModelError`] if a file cannot be read or used.

@@ -1,7 +1,7 @@
 //! The tracker that a configuration asks for. A new one is a folder with an `impl` of
 //! [`TargetTracker`], and its lines in [`begin`], [`SavedTarget`], [`saved`] and [`restore`].
 
-use crate::committee::{Committee, Member, NANOTRACK, PATCHNET};
+use crate::committee::{Committee, CommitteeFit, Member};
 use crate::config::{Method, NetworkConfig, RobustConfig, TrackerConfig};
 use crate::estimate::Estimate;
 use crate::network_error::NetworkError;
@@ -87,7 +87,7 @@ pub(crate) fn begin(
 
 /// The committee of the default tracker and a network.
 fn committee(filters: RobustTarget, network: NetworkTarget, settings: &RobustConfig) -> Committee {
-    let fit = if network.name() == "PatchNet" { &PATCHNET } else { &NANOTRACK };
+    let fit = CommitteeFit::of(network.name());
     let filters = Member::new("robust", Box::new(filters), &fit.filters);
     let network = Member::new("network", Box::new(network), &fit.network);
     Committee::new(vec![filters, network], settings, fit)

@@ -1,7 +1,7 @@
 // Files in and out: import, upload, export.
 
 import * as api from './requests.mjs';
-import { byId, choose, counted, element, openDialog, save } from './dom.mjs';
+import { ask, byId, choose, counted, element, openDialog, save } from './dom.mjs';
 import { whatIsLeft } from './left.mjs';
 import { complain, tell } from './notices.mjs';
 import { goToNext } from './proposals.mjs';
@@ -341,6 +341,8 @@ function whatIsAdded(clip, name, { targets, keys, boxes, first, last, labels, at
  */
 async function chooseImport(text, proposals) {
     const hint = ' As proposals, the first box of each target waits, dashed, until you accept or reject it.';
+    // Without a box that a person could have drawn, nothing can wait.
+    if (proposals === 0) return (await ask('Import', text, 'Import')) ? 'import' : null;
     const answers = ['Cancel', `As ${counted(proposals, 'proposal')}`, 'Import'];
     const answer = await choose('Import', text + hint, answers);
     return answer === 1 ? 'proposals' : answer === 2 ? 'import' : null;

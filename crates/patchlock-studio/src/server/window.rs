@@ -86,7 +86,7 @@ struct WindowState {
     question: Mutex<Question>,
     answered: Condvar,
     /// Targets whose boxes were drawn again, by their ids.
-    redrawn: Mutex<BTreeMap<Option<u64>, Redrawn>>,
+    redrawn: Mutex<BTreeMap<Option<u64>, RedrawnTarget>>,
     /// The sources of pages that may show this one within them.
     frame_ancestors: String,
 }
@@ -155,7 +155,7 @@ pub enum Answer {
 
 /// A target that a person has drawn again on a frame that was shown.
 #[derive(Debug, Clone)]
-pub struct Redrawn {
+pub struct RedrawnTarget {
     /// The target's id, as it was shown; `None` for the only target.
     pub id: Option<u64>,
     /// Number of the frame.
@@ -243,7 +243,7 @@ impl Window {
     }
 
     /// The boxes that were drawn again since the last call, the last one of each target.
-    pub fn redrawn(&self) -> impl Iterator<Item = Redrawn> {
+    pub fn redrawn(&self) -> impl Iterator<Item = RedrawnTarget> {
         std::mem::take(&mut *self.shared.redrawn()).into_values()
     }
 
@@ -313,7 +313,7 @@ impl WindowState {
         self.question.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn redrawn(&self) -> MutexGuard<'_, BTreeMap<Option<u64>, Redrawn>> {
+    fn redrawn(&self) -> MutexGuard<'_, BTreeMap<Option<u64>, RedrawnTarget>> {
         self.redrawn.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -414,7 +414,7 @@ impl WindowState {
         if let Err(error) = start_box::check(&bbox, frame, picture.width, picture.height) {
             return json!({ "error": error.to_string() });
         }
-        self.redrawn().insert(id, Redrawn { id, frame, picture, bbox });
+        self.redrawn().insert(id, RedrawnTarget { id, frame, picture, bbox });
         json!({ "redrawn": true })
     }
 }

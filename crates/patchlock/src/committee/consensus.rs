@@ -44,7 +44,7 @@ pub(crate) struct CommitteeFit {
 }
 
 /// With NanoTrack v3, and what was not fitted itself.
-pub(crate) const NANOTRACK: CommitteeFit = CommitteeFit {
+const NANOTRACK: CommitteeFit = CommitteeFit {
     filters: Weights {
         bias: 0.0,
         evidence: 0.39,
@@ -65,19 +65,30 @@ pub(crate) const NANOTRACK: CommitteeFit = CommitteeFit {
     alone: -0.26,
 };
 
-/// With PatchNet, which is right less often alone.
-pub(crate) const PATCHNET: CommitteeFit = CommitteeFit {
-    filters: Weights { agreed: 0.79, alone: 1.26, ..NANOTRACK.filters },
+/// With PatchNet, which is right less often alone. Its evidence is in units of that of NanoTrack's
+/// filters: only ratios count.
+const PATCHNET: CommitteeFit = CommitteeFit {
+    filters: Weights { agreed: 0.64, alone: 1.14, ..NANOTRACK.filters },
     network: Weights {
-        bias: -0.30,
-        evidence: 0.292,
-        agreed: 0.30,
-        alone: 0.89,
+        bias: -1.39,
+        evidence: 0.543,
+        agreed: 0.38,
+        alone: 0.32,
         ..NANOTRACK.network
     },
-    agreement: [-1.33, 4.67],
-    alone: -0.79,
+    agreement: [-0.54, 3.30],
+    alone: -0.32,
 };
+
+impl CommitteeFit {
+    /// The fit of a network, by its name.
+    pub fn of(network: &str) -> &'static Self {
+        match network {
+            "PatchNet" => &PATCHNET,
+            _ => &NANOTRACK,
+        }
+    }
+}
 
 /// What is said of the place to which a member follows the target.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -103,6 +114,7 @@ pub(super) struct ConsensusParams {
     visible: f64,
     /// The target is lost below this score.
     lost: f64,
+    /// What the words of the members are worth.
     fit: &'static CommitteeFit,
 }
 
@@ -307,6 +319,12 @@ mod tests {
             assert_eq!(believed(&consensus), expected, "{filters:?} {network:?} {judged:?}");
             assert_eq!(consensus.agrees(), expected.len() > 1);
         }
+    }
+
+    #[test]
+    fn our_own_network_has_a_fit_of_its_own() {
+        assert_eq!(CommitteeFit::of(crate::Network::patchnet().name()), &PATCHNET);
+        assert_eq!(CommitteeFit::of("NanoTrack v3"), &NANOTRACK);
     }
 
     #[test]

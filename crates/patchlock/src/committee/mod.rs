@@ -9,7 +9,7 @@ use crate::network_error::NetworkError;
 use crate::numeric::parallel::*;
 use crate::observe::{CommitteeView, FrameView, MemberView, Observer};
 use crate::target_tracker::{Input, Scratch, TargetTracker};
-pub(crate) use consensus::{CommitteeFit, NANOTRACK, PATCHNET};
+pub(crate) use consensus::CommitteeFit;
 use consensus::{Consensus, ConsensusParams, Vote, Weights};
 
 /// A target that several trackers follow.

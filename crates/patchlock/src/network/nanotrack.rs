@@ -2,7 +2,8 @@
 //! PatchNet, our own network, which `training/` makes: a backbone for template and window, and a head
 //! that correlates the two.
 //!
-//! The numbers of [`Selection`] are those that were published with each version.
+//! The numbers of [`Selection`] are those that were published with each version of NanoTrack. Those
+//! of PatchNet were chosen on development targets.
 
 use super::family::Family;
 use super::graph::CheckedGraph;
@@ -45,12 +46,14 @@ const PATCHNET: Layout =
 #[derive(Debug, Clone, Copy)]
 struct Version {
     name: &'static str,
+    /// What pictures it reads.
     layout: &'static Layout,
     /// Cells on a side of the head's outputs, by which the version is recognised.
     cells: usize,
+    /// How a cell is chosen.
     selection: Selection,
-    /// Slope and offset of the certainty's logit over that of the score: fitted on 40 targets, one
-    /// half tried with the numbers of the other (benchmarks/record/committee.md).
+    /// Slope and offset of the certainty's logit over that of the score: fitted on development
+    /// targets, one half tried with the numbers of the other (benchmarks/record/committee.md).
     certainty: [f64; 2],
 }
 
