@@ -149,3 +149,15 @@ pub(crate) fn restore(
         }
     })
 }
+
+#[cfg(all(test, feature = "patchnet"))]
+mod tests {
+    use super::*;
+    use crate::network::Network;
+
+    #[test]
+    fn our_own_network_has_a_fit_of_its_own() {
+        let fit = CommitteeFit::of(Network::patchnet().name());
+        assert_ne!(fit, CommitteeFit::of("NanoTrack v3"));
+    }
+}

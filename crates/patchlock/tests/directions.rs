@@ -77,6 +77,7 @@ const MAY_USE: &[Rule] = &[
             "config",
             "error",
             "estimate",
+            "network",
             "network_error",
             "network_loop",
             "paper",

@@ -322,12 +322,6 @@ mod tests {
     }
 
     #[test]
-    fn our_own_network_has_a_fit_of_its_own() {
-        assert_eq!(CommitteeFit::of(crate::Network::patchnet().name()), &PATCHNET);
-        assert_eq!(CommitteeFit::of("NanoTrack v3"), &NANOTRACK);
-    }
-
-    #[test]
     fn the_filters_are_believed_sooner_beside_a_weaker_network() {
         let believed = |fit: &'static CommitteeFit| {
             let votes = [says(HERE, 1.0, &fit.filters), says(AWAY, 1.0, &fit.network)];
