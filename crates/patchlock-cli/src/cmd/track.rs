@@ -9,9 +9,11 @@ use std::time::Instant;
 use anyhow::{Error, Result};
 use clap::builder::RangedU64ValueParser;
 use clap::{ArgGroup, Args};
+use patchlock::Method;
 use patchlock_media::live::Address;
-use patchlock_media::{Feed, FrameRate, Limits, Order};
+use patchlock_media::{Feed, FrameRate, Limits, Order, Picture};
 use patchlock_studio::project::Store;
+use patchlock_studio::server::window::Window;
 
 use super::hosts::HostArgs;
 use super::input::{self, LiveArgs};
@@ -416,6 +418,8 @@ struct InputSource {
     /// The number of the first frame.
     first: usize,
     is_live: bool,
+    /// When a live source began, in seconds since 1970.
+    live_since: Option<f64>,
 }
 
 impl InputSource {
@@ -424,14 +428,63 @@ impl InputSource {
         if let Some(address) = address {
             let feed = args.live.open(address, &order, limits);
             let (length, rate, sound, is_live) = (None, None, false, true);
-            return Ok(Self { feed, length, rate, sound, first: order.start, is_live });
+            let (first, live_since) = (order.start, None);
+            return Ok(Self { feed, length, rate, sound, first, is_live, live_since });
         }
         let source = patchlock_media::open_within(&args.source, args.reverse, limits)?;
         let (length, rate, sound) = (source.length(), source.rate(), source.has_sound());
         let mut indices = order.indices(length)?.peekable();
         let first = indices.peek().copied().unwrap_or(order.start);
         let feed = input::prefetch(source, Box::new(indices));
-        Ok(Self { feed, length, rate, sound, first, is_live: false })
+        Ok(Self { feed, length, rate, sound, first, is_live: false, live_since: None })
+    }
+}
+
+/// The first frame with its targets, the frames after it, and the page that shows them.
+struct RunStart {
+    source: InputSource,
+    first: (usize, Picture),
+    targets: Targets,
+    page: Option<Arc<Window>>,
+}
+
+impl RunStart {
+    /// Opens the source, and the page if there is one, on which the user may draw the targets.
+    fn of(
+        args: &TrackArgs,
+        start: Start,
+        address: Option<Address>,
+        method: &Method,
+    ) -> Result<Self> {
+        let (order, draws) = (args.order(), matches!(start, Start::Drawn));
+        let page = draws || args.preview;
+        if page {
+            // Who has read the address of the page may press Ctrl-C before the source is open.
+            interrupt::listen()?;
+        }
+        let open = || preview::open(args.port, args.hosts.hosts(), !args.no_open);
+        let page = page.then(open).transpose()?;
+        let mut source = InputSource::of(args, address, args.limits.limits())?;
+        let mut targets = start.targets(source.first)?;
+        if source.is_live {
+            targets = targets.in_first_of_live()?;
+        }
+        targets.check_number(args.max_targets, &order, method)?;
+        targets.check(&order, source.length)?;
+        interrupt::listen()?;
+        let first = input::next(&mut source.feed, say)?;
+        let mut first = first.ok_or_else(|| nothing_to_track(&order))?;
+        if let Some(page) = page.as_ref().filter(|_| draws) {
+            let boxes;
+            (boxes, first) = preview::ask(page, first, &mut source.feed)?;
+            targets = Targets::in_first_frame(&boxes);
+            args.check_files(targets.many)?;
+        }
+        targets.check_boxes(first.0, &first.1)?;
+        if let Feed::Live(live) = &source.feed {
+            (source.rate, source.live_since) = (live.rate(), live.begun());
+        }
+        Ok(Self { source, first, targets, page })
     }
 }
 
@@ -439,61 +492,34 @@ impl InputSource {
 pub fn run(args: &TrackArgs) -> Result<()> {
     let order = args.order();
     order.check().map_err(Failure::from)?;
-    let limits = args.limits.limits();
     let address = args.live.address(&args.source)?;
     address.as_ref().map_or(Ok(()), |address| args.check_live(address))?;
-    let project =
-        args.project.as_deref().map(|file| project::open(file, Path::new(&args.source), limits));
+    let (file, limits) = (args.project.as_deref(), args.limits.limits());
+    let project = file.map(|file| project::open(file, Path::new(&args.source), limits));
     let project = project.transpose()?;
     let start = args.start(project.as_ref())?;
     let config = args.settings.resolve(args.seed)?;
     let settings = Settings::new(&args.settings.preset, &config);
     let plan = args.plan(&start)?;
-
-    let draws = matches!(start, Start::Drawn);
-    let page = draws || args.preview;
-    if page {
-        // Who has read the address of the page may press Ctrl-C before the source is open.
-        interrupt::listen()?;
-    }
-    let page =
-        page.then(|| preview::open(args.port, args.hosts.hosts(), !args.no_open)).transpose()?;
-    let opened = InputSource::of(args, address, limits)?;
-    let InputSource { mut feed, length, mut rate, sound, first, is_live } = opened;
+    // Boxes that the project had are not added to it again.
+    let project = project.map(|store| (store, !matches!(start, Start::Drawn) && !args.has_boxes()));
+    let start = RunStart::of(args, start, address, &config.method)?;
+    let RunStart { source, first, mut targets, page } = start;
+    let InputSource { mut feed, length, rate, live_since, is_live, .. } = source;
     let expected = order.count(length);
-    let mut targets = start.targets(first)?;
-    if is_live {
-        targets = targets.in_first_of_live()?;
-    }
-    targets.check_number(args.max_targets, &order, &config.method)?;
-    targets.check(&order, length)?;
-    interrupt::listen()?;
-    let first = input::next(&mut feed, say)?;
-    let Some(mut first) = first else { return Err(nothing_to_track(&order)) };
-    if let Some(page) = page.as_ref().filter(|_| draws) {
-        let boxes;
-        (boxes, first) = preview::ask(page, first, &mut feed)?;
-        targets = Targets::in_first_frame(&boxes);
-        args.check_files(targets.many)?;
-    }
-    targets.check_boxes(first.0, &first.1)?;
-    let mut live_since = None;
-    if let Feed::Live(live) = &feed {
-        (rate, live_since) = (live.rate(), live.begun());
-    }
 
     let begun = Instant::now();
     let Outputs { mut sinks, summary } =
         plan.open(args.lost, played_by(rate, args.stride), expected)?;
-    if let Some(video) = args.pictures.video.as_ref().filter(|_| sound) {
+    if let Some(video) = args.pictures.video.as_ref().filter(|_| source.sound) {
         say(&format!("note: {} has no sound: only pictures are written", video.display()));
     }
     let progress = match plan.prints() {
         true => Progress::beside_table(expected, args.quiet),
         false => Progress::new(expected, args.quiet),
     };
-    if let Some(store) = project {
-        sinks.push(Box::new(project::Output::new(store, &targets, !draws && !args.has_boxes())));
+    if let Some((store, known)) = project {
+        sinks.push(Box::new(project::Output::new(store, &targets, known)));
     }
     // The page is there until the end, so that it shows the answer to the boxes.
     if let Some(page) = page.as_ref().filter(|_| args.preview) {

@@ -75,10 +75,13 @@
 //! Every line counts one rounding for each operation, fused or not, so the bounds hold on any
 //! processor. The less the patches differ, the tighter the bounds.
 
-use super::exact::{AtomCache, Choice, ExactAtoms, eligible};
+use super::errors::{ADD_ONE_ERROR, Margins};
+use super::exact::{AtomCache, Choice, ExactAtoms, code, eligible};
+use super::location::DictionaryPanels;
+pub use super::location::Location;
 use super::node::{Node, Path};
 use super::product::correlate;
-use super::rows::{ADD_ONE_ERROR, Atoms, Gram, Margins, Rows};
+use super::rows::{Atoms, Gram, Rows};
 use super::screen::{Residuals, Screen, StepCandidate};
 use super::vectors::{TILE, project_out, tile_index, tiles, tiles_mut, widen};
 use crate::numeric::aligned::AlignedVec;
@@ -100,76 +103,6 @@ const GROUP: usize = 24;
 
 /// Stands for "no atom"; greater than any index of an atom.
 const NONE: u32 = u32::MAX;
-
-/// A location: its shared columns, and everything that follows from them and the dictionary alone.
-/// It must be filled again when either of them changes.
-#[derive(Debug, Clone, Default)]
-pub struct Location {
-    root: Node,
-    rows: Rows,
-    /// The newest shared column, or zeros if there is none.
-    reference: Vec<f32>,
-    /// The location's index.
-    number: usize,
-}
-
-impl Location {
-    /// The location of this index with these shared columns (rows of `dim` samples).
-    pub fn new(dictionary: &Dictionary, shared: (usize, &[f32]), params: &CodeParams) -> Self {
-        let (mut location, mut made) = (Self::default(), DictionaryPanels::default());
-        made.fill(dictionary);
-        location.fill((dictionary, &made.wide), shared, params);
-        location
-    }
-
-    /// Fills in the location of this index with these shared columns (rows of `dim` samples). The
-    /// dictionary's panels are given in `f64`.
-    pub fn fill(
-        &mut self,
-        dictionary: (&Dictionary, &[f64]),
-        shared: (usize, &[f32]),
-        params: &CodeParams,
-    ) {
-        Instructions::default().dispatch(FillRoot { location: self, dictionary, shared, params });
-    }
-
-    /// The same with these instructions.
-    #[inline(always)]
-    fn fill_with<S: Simd>(
-        &mut self,
-        simd: S,
-        (dictionary, panels): (&Dictionary, &[f64]),
-        (number, shared): (usize, &[f32]),
-        params: &CodeParams,
-    ) {
-        let Self { root, rows, reference, .. } = self;
-        self.number = number;
-        reference.clear();
-        reference.extend_from_slice(&shared[shared.len().saturating_sub(dictionary.dim())..]);
-        reference.resize(dictionary.dim(), 0.0);
-        root.fill_root(simd, shared);
-        rows.fill_root(simd, (dictionary, panels), root, params);
-    }
-}
-
-/// Fills a location's root, compiled for the instructions in use. A closure would not do: only code
-/// that is always inlined is compiled for them.
-struct FillRoot<'a> {
-    location: &'a mut Location,
-    dictionary: (&'a Dictionary, &'a [f64]),
-    shared: (usize, &'a [f32]),
-    params: &'a CodeParams,
-}
-
-impl WithSimd for FillRoot<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let Self { location, dictionary, shared, params } = self;
-        location.fill_with(simd, dictionary, shared, params);
-    }
-}
 
 /// The working memory of [`solve`]. Reuse it: once its buffers have grown, no call allocates.
 #[derive(Debug, Default)]
@@ -199,30 +132,6 @@ pub struct SolverScratch {
     guesses: [usize; MAX_ATOMS],
     wide: Vec<f64>,
     cache: AtomCache,
-}
-
-/// The panels of a dictionary that does not keep its products.
-#[derive(Debug, Default)]
-struct DictionaryPanels {
-    panels: AlignedVec,
-    /// The same in `f64`.
-    wide: Vec<f64>,
-}
-
-impl DictionaryPanels {
-    fn fill(&mut self, dictionary: &Dictionary) {
-        dictionary.fill_panels(&mut self.panels);
-        widen(&mut self.wide, &self.panels);
-    }
-
-    /// The dictionary with its products: those that it keeps, or those that are made here.
-    fn atoms<'a>(&'a mut self, dictionary: &'a Dictionary) -> Atoms<'a> {
-        if let Some(kept) = dictionary.products() {
-            return Atoms { dictionary, panels: &kept.panels, gram: Gram::Kept(&kept.gram) };
-        }
-        self.fill(dictionary);
-        Atoms { dictionary, panels: &self.panels, gram: Gram::DictionaryPanels(&self.wide) }
-    }
 }
 
 /// A candidate while its atoms are being chosen.
@@ -551,7 +460,7 @@ impl SolverScratch {
                 self.order.swap(kept, position);
                 kept += 1;
             } else {
-                codes[row] = code(&self.nodes[..depth], candidate, None);
+                codes[row] = code(&self.nodes[..depth], candidate.projections, None);
             }
         }
         Branch { members: branch.members.start..kept, ..branch }
@@ -631,7 +540,8 @@ impl SolverScratch {
             for &(_, row) in &self.order[members] {
                 let candidate = &self.candidates[row as usize];
                 let last = (atom != NONE).then_some(&candidate.last);
-                codes[row as usize] = code(&self.nodes[..branch.depth], candidate, last);
+                codes[row as usize] =
+                    code(&self.nodes[..branch.depth], candidate.projections, last);
             }
         }
     }
@@ -671,27 +581,4 @@ fn set_last_atoms<S: Simd>(
         };
         candidates[row as usize].last = last.unwrap_or_default();
     }
-}
-
-/// The candidate's code: the least-squares coefficients for the atoms of the nodes and of the last
-/// choice, by back substitution in the triangular factor.
-fn code(nodes: &[Node], candidate: &Candidate, last: Option<&Choice>) -> Code {
-    let mut support = [0; MAX_ATOMS];
-    let mut triangle = [[0.0; MAX_ATOMS]; MAX_ATOMS];
-    let mut projections = candidate.projections;
-    let mut length = nodes.len();
-    for (k, node) in nodes.iter().enumerate() {
-        (support[k], triangle[k]) = (node.atom, node.triangle);
-    }
-    if let Some(choice) = last {
-        (support[length], triangle[length], projections[length]) =
-            (choice.atom, choice.triangle, choice.projection);
-        length += 1;
-    }
-    let mut coefficients = [0.0; MAX_ATOMS];
-    for j in (0..length).rev() {
-        let known: f64 = (j + 1..length).map(|s| triangle[s][j] * coefficients[s]).sum();
-        coefficients[j] = (projections[j] - known) / triangle[j][j];
-    }
-    Code::new(&support[..length], &coefficients[..length])
 }

@@ -1,9 +1,9 @@
 //! Eligibility and score of an atom, computed in `f64`.
 
-use super::node::Path;
+use super::node::{Node, Path};
 use super::vectors::{U, dots_each, widen};
 use crate::numeric::dot_wide;
-use crate::patch_model::sparse::codes::{CodeParams, MAX_ATOMS};
+use crate::patch_model::sparse::codes::{Code, CodeParams, MAX_ATOMS};
 use crate::patch_model::sparse::dictionary::Dictionary;
 use pulp::Simd;
 
@@ -157,4 +157,26 @@ impl ExactAtoms<'_> {
         triangle[self.path.nodes.len()] = norm;
         Some(Choice { atom, score: 0.0, triangle, projection: own / norm })
     }
+}
+
+/// A candidate's code from its projections: the least-squares coefficients for the atoms of the nodes and of the last
+/// choice, by back substitution in the triangular factor.
+pub fn code(nodes: &[Node], mut projections: [f64; MAX_ATOMS], last: Option<&Choice>) -> Code {
+    let mut support = [0; MAX_ATOMS];
+    let mut triangle = [[0.0; MAX_ATOMS]; MAX_ATOMS];
+    let mut length = nodes.len();
+    for (k, node) in nodes.iter().enumerate() {
+        (support[k], triangle[k]) = (node.atom, node.triangle);
+    }
+    if let Some(choice) = last {
+        (support[length], triangle[length], projections[length]) =
+            (choice.atom, choice.triangle, choice.projection);
+        length += 1;
+    }
+    let mut coefficients = [0.0; MAX_ATOMS];
+    for j in (0..length).rev() {
+        let known: f64 = (j + 1..length).map(|s| triangle[s][j] * coefficients[s]).sum();
+        coefficients[j] = (projections[j] - known) / triangle[j][j];
+    }
+    Code::new(&support[..length], &coefficients[..length])
 }

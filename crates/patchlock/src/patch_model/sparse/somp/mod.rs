@@ -21,7 +21,9 @@
 //! implements the above literally, and the tests check that both choose the same atoms.
 
 pub mod batched;
+mod errors;
 mod exact;
+mod location;
 mod node;
 mod product;
 mod rows;

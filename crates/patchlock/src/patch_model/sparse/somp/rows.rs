@@ -1,6 +1,7 @@
 //! The `f32` data of the screen at a node: rows over all atoms, each with an error bound. The head
 //! of [`batched`](super::batched) defines the symbols and derives the bounds.
 
+use super::errors::{Errors, Margins, SECOND_ORDER};
 use super::node::{Node, Path};
 use super::product::correlate;
 use super::vectors::{
@@ -16,9 +17,6 @@ use pulp::Simd;
 /// Stored instead of `||d_res||^2` for an atom that cannot be chosen: every score divided by it is
 /// negligible. Finite, so that no product is undefined.
 pub const EXCLUDED: f32 = 1e36;
-
-/// Covers the products of two errors in the bounds.
-const SECOND_ORDER: f64 = 1.01;
 
 /// 1 minus more than the rounding error of adding it.
 const NEARLY_ONE: f32 = 1.0 - 4.0 * U as f32;
@@ -67,138 +65,6 @@ pub enum Gram<'a> {
     /// The panels in `f64`, from which a row is made when a node needs it.
     DictionaryPanels(&'a [f64]),
 }
-
-/// Error bounds of the rows of a node.
-#[derive(Debug, Clone, Default)]
-pub struct Errors {
-    /// Of an entry of the weights.
-    weights: f64,
-    /// Of an entry of each column.
-    columns: Vec<f64>,
-    /// How much a divisor may be below `||d_res||^2`.
-    divisors: f64,
-    /// Upper bound of the magnitude of a weight.
-    max_weight: f64,
-    /// Upper bound of `||d_res||^2` over all atoms.
-    max_residual: f64,
-    /// At the root: upper bound of the columns' `|y'|`.
-    spread: f64,
-    /// `||d_res||^2` decreases by `w^2`. With the screen's `w`, this is at most
-    /// `|w| (|w| + loss.0) + loss.1`; at a first node, where `w` is stored minus 1, it is at most
-    /// `w (w + loss.0) + loss.1`.
-    loss: (f64, f64),
-}
-
-/// The part of [`Errors`] that a step needs.
-#[derive(Debug, Clone, Copy)]
-pub struct Margins {
-    /// Error bound of a weight, and upper bound of its magnitude.
-    weights: (f64, f64),
-    /// Whether the node is a first node.
-    first: bool,
-    /// The sum of the squared error bounds of the columns.
-    pub squared: f64,
-    /// How much a divisor may be too small, rounded up.
-    pub gap: f32,
-}
-
-impl Margins {
-    /// The error that a correlation gains when `projection` times the weight is subtracted. At the
-    /// root its `|y'|` was at most `spread`.
-    #[inline(always)]
-    pub fn projection_error(&self, projection: f64, spread: f64) -> f64 {
-        let (p, (off, max_weight)) = (projection.abs(), self.weights);
-        let sums = if self.first {
-            2.0 * (spread + p * max_weight + (1.0 - projection).abs())
-        } else {
-            max_weight
-        };
-        SECOND_ORDER * (p * (off + 2.0 * U * max_weight) + U * sums)
-    }
-}
-
-impl Errors {
-    /// The margins of a step at the root, where 1 is added to all correlations.
-    #[inline(always)]
-    fn at_root(&self) -> Margins {
-        let squared = self.columns.iter().map(|e| (e + ADD_ONE_ERROR).powi(2)).sum();
-        Margins { squared, ..self.margins(false) }
-    }
-
-    /// The margins of a step below the root.
-    #[inline(always)]
-    fn margins(&self, first: bool) -> Margins {
-        Margins {
-            weights: (self.weights, self.max_weight),
-            first,
-            squared: self.columns.iter().map(|e| e * e).sum(),
-            gap: (self.divisors * (1.0 + 4.0 * U)) as f32,
-        }
-    }
-
-    /// Sets the bounds of the node at the end of the path, a child of `parent`, and returns the
-    /// margins of its step.
-    #[inline(always)]
-    fn set_child<const FIRST: bool>(
-        &mut self,
-        path: Path<'_>,
-        above: &[Rows],
-        parent: &Self,
-        spread: f64,
-    ) -> Margins {
-        if FIRST {
-            self.set_first(path.end().triangle[0], spread);
-        } else {
-            self.set_deeper(&path.end().triangle, above, spread);
-            self.divisors += parent.divisors;
-        }
-        // The residual of an atom can only shrink.
-        self.max_residual = parent.max_residual;
-        let margins = self.margins(FIRST);
-        self.columns.clone_from(&parent.columns);
-        for (error, &p) in self.columns.iter_mut().zip(&path.end().projections) {
-            *error += margins.projection_error(p, parent.spread);
-        }
-        self.margins(FIRST)
-    }
-
-    /// Sets the bounds of a first node whose atom has this norm.
-    #[inline(always)]
-    fn set_first(&mut self, norm: f64, spread: f64) {
-        let max_weight = spread / norm + (1.0 / norm - 1.0).abs();
-        self.max_weight = SECOND_ORDER * max_weight;
-        self.weights = SECOND_ORDER * 5.0 * U * max_weight;
-        let square = max_weight * (2.0 + max_weight);
-        let second = self.weights * (2.0 + 2.0 * max_weight) + U * (4.0 * square + 2.0 * spread);
-        self.loss = (2.0, SECOND_ORDER * second);
-        self.divisors = 2.0 * self.loss.1;
-    }
-
-    /// Sets the bounds of a deeper node; `divisors` becomes the increase over the parent's.
-    #[inline(always)]
-    fn set_deeper(&mut self, triangle: &[f64; MAX_ATOMS], above: &[Rows], spread: f64) {
-        let earlier = above.len();
-        let mut numerator = U * spread;
-        let mut sums = spread + (1.0 - triangle[0]).abs();
-        for (rows, projection) in above.iter().zip(triangle) {
-            let Errors { weights, max_weight, .. } = rows.errors;
-            numerator += projection.abs() * (weights + 2.0 * U * max_weight);
-            sums += projection.abs() * max_weight;
-        }
-        numerator += U * ((earlier + 1) as f64 * sums + (1.0 - triangle[0]).abs());
-        let max_norm = above[0].errors.max_residual.sqrt();
-        self.weights = SECOND_ORDER * (numerator / triangle[earlier] + 3.0 * U * max_norm);
-        self.max_weight = max_norm + self.weights;
-        let rounding = 5.0 * U * self.max_weight.powi(2);
-        self.loss =
-            (2.0 * SECOND_ORDER * self.weights, SECOND_ORDER * (self.weights.powi(2) + rounding));
-        // At most, `2 o |w|` is subtracted twice too often, and so is the allowance for rounding.
-        self.divisors = SECOND_ORDER * (4.0 * self.weights * self.max_weight + 2.0 * rounding);
-    }
-}
-
-/// Error bound of adding 1 to a correlation.
-pub const ADD_ONE_ERROR: f64 = 2.0 * U;
 
 /// A tile of the data that all candidates at a node share. Aligned, because loading a vector that
 /// straddles two cache lines costs twice as much.
@@ -398,8 +264,12 @@ impl Rows {
     ) -> (ChildTiles<'a, S, FIRST>, Margins) {
         let (node, parent) = (path.end(), above.last().unwrap_or(root));
         let dictionary = atoms.dictionary;
-        let margins =
-            self.errors.set_child::<FIRST>(path, above, &parent.errors, dictionary.spread());
+        let margins = self.errors.set_child::<FIRST>(
+            path,
+            above.iter().map(|rows| &rows.errors),
+            &parent.errors,
+            dictionary.spread(),
+        );
         self.projections.clear();
         self.projections.extend(node.projections.iter().map(|&p| p as f32));
         self.projections.resize(parent.count(), 0.0);
