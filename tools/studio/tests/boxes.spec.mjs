@@ -120,17 +120,18 @@ function yolo({ x, y, w, h }, score) {
     return `0 ${(x + w / 2) / 480} ${(y + h / 2) / 360} ${w / 480} ${h / 360} ${score}\n`;
 }
 
+/** The results of a detector in COCO, for the first frame. */
+function results(boxes) {
+    return boxes.map(({ x, y, w, h }, at) => {
+        return { image_id: 'frame_000000', category_id: 1, bbox: [x, y, w, h], score: 0.9 - 0.1 * at };
+    });
+}
+
 /** A COCO file with detections in the first frame. */
 function coco(boxes) {
     return JSON.stringify({
-        images: [{ id: 1, file_name: 'frame_000000.jpg', width: 480, height: 360 }],
-        annotations: boxes.map(({ x, y, w, h }, at) => ({
-            id: at + 1,
-            image_id: 1,
-            category_id: 1,
-            bbox: [x, y, w, h],
-            score: 0.9 - 0.1 * at,
-        })),
+        images: [{ id: 'frame_000000', file_name: 'frame_000000.jpg', width: 480, height: 360 }],
+        annotations: results(boxes),
         categories: [{ id: 1, name: 'boat' }],
     });
 }
@@ -220,4 +221,18 @@ test('all proposals of a frame are accepted as one step', async ({ work, page, f
     await work.press('Escape');
     await expect(page.locator('#hint')).not.toContainText('boat?');
     await expect(count).toHaveText('3');
+});
+
+test('results of a detector are known by their look, and are proposals', async ({ work, page }) => {
+    const buffer = Buffer.from(JSON.stringify(results([other, third])));
+    await work.press('Shift+I');
+    await page.getByLabel('File to import').setInputFiles({ name: 'a.json', mimeType: 'text/json', buffer });
+    await expect(page.locator('.choices > li', { hasText: 'looks like' })).toContainText('COCO');
+    await page.getByRole('button', { name: /^COCO/ }).click();
+    const dialog = page.getByRole('dialog');
+    await expect(dialog).toContainText('(class 1 (a new label): 2)');
+    await expect(dialog).toContainText('The file has no names of categories');
+    await expect(dialog).toContainText('frame_000000 is frame 0');
+    await page.getByRole('button', { name: 'As 2 proposals' }).click();
+    await expect(page.locator('#hint')).toContainText('class 1? 0.90');
 });

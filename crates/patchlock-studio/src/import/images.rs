@@ -20,19 +20,24 @@ pub struct Images {
     /// Frames by the names of their images, with and without ending; `None` for a name that several
     /// have.
     frames: HashMap<String, Option<usize>>,
+    /// The same by the numbers that names without ending are: `0042` is 42.
+    numbers: HashMap<u64, Option<usize>>,
 }
 
 impl Images {
     pub fn new(names: &[String]) -> Self {
-        let mut frames = HashMap::new();
+        let (mut frames, mut numbers) = (HashMap::new(), HashMap::new());
         let stems = names.iter().map(|name| stem(name));
         for (frame, stem) in stems.enumerate() {
-            let known = frames.entry(stem.to_owned()).or_insert(Some(frame));
-            *known = known.filter(|known| *known == frame);
+            let forget = |known: &mut Option<usize>| *known = None;
+            frames.entry(stem.to_owned()).and_modify(forget).or_insert(Some(frame));
+            if let Ok(number) = stem.parse() {
+                numbers.entry(number).and_modify(forget).or_insert(Some(frame));
+            }
         }
         // A whole name is that of one image.
         frames.extend(names.iter().enumerate().map(|(frame, name)| (name.clone(), Some(frame))));
-        Self { frames }
+        Self { frames, numbers }
     }
 
     /// Whether the frames have names.
@@ -50,6 +55,11 @@ impl Images {
         found.ok_or_else(|| {
             format!("no image of the folder has the name {name:?}, with or without ending")
         })
+    }
+
+    /// The frame of the only image whose name is this number.
+    pub fn numbered(&self, number: u64) -> Option<usize> {
+        self.numbers.get(&number).copied().flatten()
     }
 }
 
