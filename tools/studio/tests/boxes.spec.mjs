@@ -236,3 +236,48 @@ test('results of a detector are known by their look, and are proposals', async (
     await page.getByRole('button', { name: 'As 2 proposals' }).click();
     await expect(page.locator('#hint')).toContainText('class 1? 0.90');
 });
+
+/** Where a frame is in the ruler, while the whole clip is shown. */
+function inRuler(width, frame) {
+    return 8 + ((frame + 0.5) / FRAMES) * (width - 16);
+}
+
+/** Whether the ruler of the timeline has the blue square of proposals at a frame. */
+async function isMarked(page, frame) {
+    const ruler = page.locator('#timeline-ruler');
+    const { width } = await ruler.boundingBox();
+    return ruler.evaluate(
+        (canvas, x) => {
+            const { data } = canvas.getContext('2d').getImageData(Math.round(x) - 4, 12, 8, 10);
+            return data.some((red, at) => at % 4 === 0 && data[at + 2] - red > 60);
+        },
+        inRuler(width, frame),
+    );
+}
+
+test('frames with proposals are marked in the timeline until they are decided', async ({ work, page }) => {
+    await propose(work, /^YOLO/, {
+        'frame_000000.txt': yolo(other, 0.3) + yolo(third, 0.6),
+        'frame_000100.txt': yolo(third, 0.5),
+    });
+    const marked = () => Promise.all([0, 50, 100].map((frame) => isMarked(page, frame)));
+    await expect.poll(marked).toEqual([true, false, true]);
+    // The surest one of a frame comes first.
+    await expect(page.locator('#hint')).toContainText('class 0? 0.60');
+
+    // A click beside a square is one on it, and the slider says what is there.
+    const ruler = page.locator('#timeline-ruler');
+    const { width } = await ruler.boundingBox();
+    await ruler.click({ position: { x: inRuler(width, 101), y: 17 } });
+    await work.atFrame(100);
+    await expect(page.locator('#timeline-slider')).toHaveAttribute('aria-valuetext', 'Frame 100, 1 proposal');
+
+    await work.goTo(0);
+    await work.afterDrawing('none');
+    await work.press('Shift+Y');
+    await expect.poll(marked).toEqual([false, false, true]);
+    await work.press('Control+z');
+    await expect.poll(marked).toEqual([true, false, true]);
+    await page.getByRole('button', { name: 'Reject all' }).click();
+    await expect.poll(marked).toEqual([false, false, false]);
+});
