@@ -166,7 +166,8 @@ fn numbers(images: &[Image], found: &ImportBuilder<'_>) -> Outcome<Option<Number
     let unknown = || images.iter().filter(|image| image.frame_id.is_none());
     match found.images.have_names() || unknown().next().is_none() {
         true => Ok(None),
-        false => Numbers::new(unknown().map(|image| image.file_name.as_str())).map(Some),
+        false => Numbers::new(unknown().map(|image| image.file_name.as_str()), found.video.frames)
+            .map(Some),
     }
 }
 

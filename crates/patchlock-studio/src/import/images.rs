@@ -64,8 +64,8 @@ impl Images {
 }
 
 /// The frames of images of a video, which have numbers at the ends of their names. Names such as
-/// `frame_000012`, which we and CVAT give to frames, count from 0; of others, the lowest number is that
-/// of frame 0.
+/// `frame_000012`, which we and CVAT give to frames, count from 0. Others count from 0 or 1, or from
+/// the lowest number if the highest is beyond the video.
 pub struct Numbers {
     first: usize,
     /// What is to be said of it.
@@ -73,20 +73,24 @@ pub struct Numbers {
 }
 
 impl Numbers {
-    /// Those of all images of a file.
-    pub fn new<'n>(names: impl Iterator<Item = &'n str>) -> Outcome<Self> {
-        let mut first: Option<(usize, &str)> = None;
+    /// Those of all images of a file, for a video of so many frames.
+    pub fn new<'n>(names: impl Iterator<Item = &'n str>, frames: usize) -> Outcome<Self> {
+        let mut lowest: Option<(usize, &str)> = None;
+        let mut highest = 0;
         let mut from_zero = true;
         for name in names {
             let number = number(name)?;
             from_zero &= is_name_of_frame(stem_of(name));
-            if first.is_none_or(|(least, _)| number < least) {
-                first = Some((number, name));
+            highest = highest.max(number);
+            if lowest.is_none_or(|(least, _)| number < least) {
+                lowest = Some((number, name));
             }
         }
-        let (first, name) = match first {
-            Some((first, name)) if !from_zero => (first, stem_of(name)),
-            _ => (0, "frame_000000"),
+        let (first, name) = match lowest.filter(|_| !from_zero) {
+            None => (0, "frame_000000"),
+            // Files leave out images without boxes, also the first ones.
+            Some((lowest, _)) if lowest > 1 && highest <= frames => (1, "1"),
+            Some((lowest, name)) => (lowest, stem_of(name)),
         };
         let note = format!(
             "The images are matched with the frames by the numbers at the ends of their names: {name} is \

@@ -44,8 +44,8 @@ pub enum Format {
     Cvat,
     /// A JSON file in the format of COCO: a data set, or the list of a detector's results. In a
     /// folder, the frame of an image is that with its name, or its `frame_id`; in a video, its
-    /// `frame_id`, or the number at the end of its name, counted from the lowest one, or from 0 for
-    /// names such as `frame_000012`. Annotations of one target have the same `track_id`,
+    /// `frame_id`, or the number at the end of its name, counted from 0 or 1, or from the lowest
+    /// one if the highest is beyond the video. Annotations of one target have the same `track_id`,
     /// `instance_id` or attribute `track_id`; others are targets of their own. In results, the id of
     /// an image is its name, and the label of category 3 is `class 3`.
     Coco,
