@@ -145,7 +145,7 @@ test.describe('a target that is tracked', () => {
 
     test('the whole stretch in which the target is lost, with one key', async ({ work, folder }) => {
         await work.press('n');
-        await expect(work.page.locator('#hint')).toContainText('Shift+H');
+        await expect(work.page.locator('#hint')).toContainText('Enter if the dotted one is right, Shift+H');
         await work.press('Shift+H');
         await expect.poll(() => folder.project().targets[0].hidden?.length).toBe(1);
         const [{ hidden, tracked }] = folder.project().targets;
