@@ -286,6 +286,9 @@ fn imports() -> Vec<Vec<u8>> {
                1,1,car,11,5,30,20,0.5,tracked,false,false,false,false,0.5,0.75,640,480\n\
                2,1,car,,,,,,,false,false,false,true,,,640,480\n";
     let lines = r#"{"frame":0,"x":1,"y":2,"w":30,"h":40}"#.to_owned() + "\n";
+    let results = r#"[{"image_id":"0003","category_id":3,"bbox":[1,2,30,40],"score":0.75},"#
+        .to_owned()
+        + r#"{"image_id":4,"category_id":1,"bbox":[5,6,30,40],"score":1}]"#;
     let truth = "1,1,10,5,30,20,1,2,0.5\n2,1,11,5,30,20,1,2,0.5\n1,2,50,60,30,20,0,1,1\n";
     vec![
         joined(Some(0), &[own]),
@@ -294,6 +297,7 @@ fn imports() -> Vec<Vec<u8>> {
         joined(Some(1), &[truth]),
         joined(Some(2), &[&written(format_named("cvat"))]),
         joined(Some(3), &[&written(format_named("coco"))]),
+        joined(Some(3), &[&results]),
     ]
 }
 

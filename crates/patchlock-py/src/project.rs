@@ -281,7 +281,8 @@ impl Project {
     ///
     /// Args:
     ///     file: The file to read; for yolo and voc the folder of the files, which may be in folders of it.
-    ///     format: `"csv"` (also JSON lines), `"mot"`, `"cvat"`, `"coco"`, `"label-studio"`, `"yolo"` or `"voc"`.
+    ///     format: `"csv"` (also JSON lines), `"mot"`, `"cvat"`, `"coco"` (also results of
+    ///         detectors), `"label-studio"`, `"yolo"` or `"voc"`.
     ///
     /// Returns:
     ///     The ids of the new targets.

@@ -120,18 +120,19 @@ function yolo({ x, y, w, h }, score) {
     return `0 ${(x + w / 2) / 480} ${(y + h / 2) / 360} ${w / 480} ${h / 360} ${score}\n`;
 }
 
+/** The results of a detector in COCO, for the first frame. */
+function results(boxes) {
+    return boxes.map(({ x, y, w, h }, at) => {
+        return { image_id: 'frame_000000', category_id: 1, bbox: [x, y, w, h], score: 0.9 - 0.1 * at };
+    });
+}
+
 /** A COCO file with detections in the first frame. */
 function coco(boxes) {
     return JSON.stringify({
-        images: [{ id: 1, file_name: 'frame_000000.jpg', width: 480, height: 360 }],
-        annotations: boxes.map(({ x, y, w, h }, at) => ({
-            id: at + 1,
-            image_id: 1,
-            category_id: 1,
-            bbox: [x, y, w, h],
-            score: 0.9 - 0.1 * at,
-        })),
+        annotations: results(boxes),
         categories: [{ id: 1, name: 'boat' }],
+        images: [{ id: 'frame_000000', file_name: 'frame_000000.jpg', width: 480, height: 360 }],
     });
 }
 
@@ -220,4 +221,69 @@ test('all proposals of a frame are accepted as one step', async ({ work, page, f
     await work.press('Escape');
     await expect(page.locator('#hint')).not.toContainText('boat?');
     await expect(count).toHaveText('3');
+});
+
+test('files of COCO are known by their look, also results of a detector', async ({ work, page }) => {
+    const open = async (text) => {
+        await work.press('Shift+I');
+        const file = { name: 'a.json', mimeType: 'text/json', buffer: Buffer.from(text) };
+        await page.getByLabel('File to import').setInputFiles(file);
+        await expect(page.locator('.choices > li', { hasText: 'looks like' })).toContainText('COCO');
+    };
+    // Our own export begins with its annotations.
+    await open(coco(Array(50).fill(other)));
+    await work.closeDialog();
+    await open(JSON.stringify(results([other, third])));
+    await page.getByRole('button', { name: /^COCO/ }).click();
+    const dialog = page.getByRole('dialog');
+    await expect(dialog).toContainText('(class 1 (a new label): 2)');
+    await expect(dialog).toContainText('The file has no names of categories');
+    await expect(dialog).toContainText('frame_000000 is frame 0');
+    await page.getByRole('button', { name: 'As 2 proposals' }).click();
+    await expect(page.locator('#hint')).toContainText('class 1? 0.90');
+});
+
+/** Where a frame is in the ruler, while the whole clip is shown. */
+function inRuler(width, frame) {
+    return 8 + ((frame + 0.5) / FRAMES) * (width - 16);
+}
+
+/** Whether the ruler of the timeline has the blue square of proposals at a frame. */
+async function isMarked(page, frame) {
+    const ruler = page.locator('#timeline-ruler');
+    const { width } = await ruler.boundingBox();
+    return ruler.evaluate(
+        (canvas, x) => {
+            const { data } = canvas.getContext('2d').getImageData(Math.round(x) - 4, 12, 8, 10);
+            return data.some((red, at) => at % 4 === 0 && data[at + 2] - red > 60);
+        },
+        inRuler(width, frame),
+    );
+}
+
+test('frames with proposals are marked in the timeline until they are decided', async ({ work, page }) => {
+    await propose(work, /^YOLO/, {
+        'frame_000000.txt': yolo(other, 0.3) + yolo(third, 0.6),
+        'frame_000100.txt': yolo(third, 0.5),
+    });
+    const marked = () => Promise.all([0, 50, 100].map((frame) => isMarked(page, frame)));
+    await expect.poll(marked).toEqual([true, false, true]);
+    // The surest one of a frame comes first.
+    await expect(page.locator('#hint')).toContainText('class 0? 0.60');
+
+    // A click beside a square is one on it, and the slider says what is there.
+    const ruler = page.locator('#timeline-ruler');
+    const { width } = await ruler.boundingBox();
+    await ruler.click({ position: { x: inRuler(width, 101), y: 17 } });
+    await work.atFrame(100);
+    await expect(page.locator('#timeline-slider')).toHaveAttribute('aria-valuetext', 'Frame 100, 1 proposal');
+
+    await work.goTo(0);
+    await work.afterDrawing('none');
+    await work.press('Shift+Y');
+    await expect.poll(marked).toEqual([false, false, true]);
+    await work.press('Control+z');
+    await expect.poll(marked).toEqual([true, false, true]);
+    await page.getByRole('button', { name: 'Reject all' }).click();
+    await expect.poll(marked).toEqual([false, false, false]);
 });

@@ -88,6 +88,27 @@ test.describe('a target that is tracked', () => {
         await expect(work.targets()).toHaveCount(2);
     });
 
+    test('where it was lost, a new box begins anywhere on the old one', async ({ work, folder }) => {
+        const [{ tracked }] = folder.project().targets;
+        const { box, status } = tracked[110];
+        expect(status).toBe('l');
+        await work.goTo(110);
+        for (const inset of [0, 8]) {
+            const drawn = { x: box.x + inset, y: box.y + inset, w: box.w + 20, h: box.h + 10 };
+            const at = await work.place(box.x + 12, box.y + 12);
+            // A click changes nothing, and keeps the selection.
+            await work.page.mouse.click(at.x, at.y);
+            await work.draw(drawn);
+            await work.tracked();
+            await expect(work.targets()).toHaveCount(1);
+            expect(overlap(folder.project().targets[0].keys[110].box, drawn)).toBeGreaterThan(0.95);
+            await work.press('Control+z');
+            await expect.poll(() => folder.project().targets[0].tracked).toEqual(tracked);
+            await work.rest();
+            await work.goTo(110);
+        }
+    });
+
     test('beside the box of the selected target, it is asked once whose box it is', async ({
         work,
         folder,
@@ -124,7 +145,7 @@ test.describe('a target that is tracked', () => {
 
     test('the whole stretch in which the target is lost, with one key', async ({ work, folder }) => {
         await work.press('n');
-        await expect(work.page.locator('#hint')).toContainText('Shift+H');
+        await expect(work.page.locator('#hint')).toContainText('Enter if the dotted one is right, Shift+H');
         await work.press('Shift+H');
         await expect.poll(() => folder.project().targets[0].hidden?.length).toBe(1);
         const [{ hidden, tracked }] = folder.project().targets;

@@ -1,6 +1,8 @@
-//! COCO, with or without tracks.
+//! COCO: a data set, with or without tracks, or the list of a detector's results. Such a list has
+//! neither images nor categories: they are those that its boxes name.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeSet, HashMap, HashSet};
+use std::fmt::{self, Display};
 
 use patchlock::{BoundingBox, Status};
 use serde::Deserialize;
@@ -21,12 +23,41 @@ struct Document {
 
 #[derive(Deserialize)]
 struct Image {
-    id: u64,
+    id: ImageId,
     #[serde(default)]
     file_name: String,
     frame_id: Option<usize>,
     width: Option<usize>,
     height: Option<usize>,
+}
+
+/// A number. Detectors also take the name of the image, without ending.
+#[derive(Deserialize, Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[serde(try_from = "Value")]
+enum ImageId {
+    Number(u64),
+    Name(String),
+}
+
+impl TryFrom<Value> for ImageId {
+    type Error = String;
+
+    fn try_from(value: Value) -> Outcome<Self> {
+        let number = value.as_u64().map(Self::Number);
+        let id = number.or_else(|| value.as_str().map(|name| Self::Name(name.to_owned())));
+        id.ok_or_else(|| {
+            format!("the id of an image is {value}; allowed: a whole number from 0, or a name")
+        })
+    }
+}
+
+impl Display for ImageId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Number(number) => number.fmt(f),
+            Self::Name(name) => name.fmt(f),
+        }
+    }
 }
 
 #[derive(Deserialize)]
@@ -37,7 +68,7 @@ struct Category {
 
 #[derive(Deserialize)]
 struct Annotation {
-    image_id: u64,
+    image_id: ImageId,
     category_id: Option<u64>,
     bbox: Option<[f64; 4]>,
     track_id: Option<Value>,
@@ -62,12 +93,45 @@ struct Attributes {
 
 /// Reads all annotations.
 pub fn read(text: &str, found: &mut ImportBuilder<'_>) -> Outcome {
-    let document: Document = serde_json::from_str(text).map_err(|error| error.to_string())?;
+    let document = match text.trim_start().starts_with('[') {
+        true => serde_json::from_str(text).map(|results| Document::of(results, found)),
+        false => serde_json::from_str(text),
+    };
+    add(&document.map_err(|error| error.to_string())?, found)
+}
+
+impl Document {
+    /// The data set of a list of results.
+    fn of(results: Vec<Annotation>, found: &mut ImportBuilder<'_>) -> Self {
+        let ids: BTreeSet<&ImageId> = results.iter().map(|it| &it.image_id).collect();
+        let images = ids.into_iter().map(|id| Image {
+            id: id.clone(),
+            file_name: id.to_string(),
+            frame_id: match id {
+                ImageId::Number(number) => found.images.numbered(*number),
+                ImageId::Name(_) => None,
+            },
+            width: None,
+            height: None,
+        });
+        let images = images.collect();
+        let ids: BTreeSet<u64> = results.iter().filter_map(|it| it.category_id).collect();
+        let first = ids.first();
+        found.notes.extend(first.map(|id| {
+            format!("The file has no names of categories: the label of category {id} is class {id}")
+        }));
+        let categories = ids.iter().map(|&id| Category { id, name: format!("class {id}") });
+        let categories = categories.collect();
+        Self { videos: Vec::new(), images, annotations: results, categories }
+    }
+}
+
+fn add(document: &Document, found: &mut ImportBuilder<'_>) -> Outcome {
     if document.videos.len() > 1 {
         let count = document.videos.len();
         return Err(format!("the file has {count} videos; a project has one"));
     }
-    let annotated: HashSet<u64> = document.annotations.iter().map(|it| it.image_id).collect();
+    let annotated: HashSet<&ImageId> = document.annotations.iter().map(|it| &it.image_id).collect();
     let numbers = numbers(&document.images, found)?;
     let mut frames = HashMap::new();
     for image in &document.images {
@@ -75,7 +139,7 @@ pub fn read(text: &str, found: &mut ImportBuilder<'_>) -> Outcome {
         found.check_size(image.width.zip(image.height)).map_err(wrong)?;
         let is_needed = annotated.contains(&image.id);
         let frame = is_needed.then(|| frame_of(image, found, numbers.as_ref())).transpose();
-        if frames.insert(image.id, frame.map_err(wrong)?).is_some() {
+        if frames.insert(&image.id, frame.map_err(wrong)?).is_some() {
             return Err(format!("there are two images with the id {}", image.id));
         }
     }
@@ -102,7 +166,8 @@ fn numbers(images: &[Image], found: &ImportBuilder<'_>) -> Outcome<Option<Number
     let unknown = || images.iter().filter(|image| image.frame_id.is_none());
     match found.images.have_names() || unknown().next().is_none() {
         true => Ok(None),
-        false => Numbers::new(unknown().map(|image| image.file_name.as_str())).map(Some),
+        false => Numbers::new(unknown().map(|image| image.file_name.as_str()), found.video.frames)
+            .map(Some),
     }
 }
 
@@ -121,11 +186,11 @@ impl Annotation {
     fn row(
         &self,
         bbox: BoundingBox,
-        frames: &HashMap<u64, Option<usize>>,
+        frames: &HashMap<&ImageId, Option<usize>>,
         names: &HashMap<u64, &str>,
     ) -> Outcome<Row> {
-        let image = self.image_id;
-        let frame = frames.get(&image).copied().flatten();
+        let image = &self.image_id;
+        let frame = frames.get(image).copied().flatten();
         let frame = frame.ok_or_else(|| format!("there is no image with the id {image}"))?;
         let track = [&self.track_id, &self.instance_id, &self.attributes.track_id];
         let track = track.into_iter().flatten().find(|value| !value.is_null());

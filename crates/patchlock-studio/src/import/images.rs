@@ -20,19 +20,24 @@ pub struct Images {
     /// Frames by the names of their images, with and without ending; `None` for a name that several
     /// have.
     frames: HashMap<String, Option<usize>>,
+    /// The same by the numbers that names without ending are: `0042` is 42.
+    numbers: HashMap<u64, Option<usize>>,
 }
 
 impl Images {
     pub fn new(names: &[String]) -> Self {
-        let mut frames = HashMap::new();
+        let (mut frames, mut numbers) = (HashMap::new(), HashMap::new());
         let stems = names.iter().map(|name| stem(name));
         for (frame, stem) in stems.enumerate() {
-            let known = frames.entry(stem.to_owned()).or_insert(Some(frame));
-            *known = known.filter(|known| *known == frame);
+            let forget = |known: &mut Option<usize>| *known = None;
+            frames.entry(stem.to_owned()).and_modify(forget).or_insert(Some(frame));
+            if let Ok(number) = stem.parse() {
+                numbers.entry(number).and_modify(forget).or_insert(Some(frame));
+            }
         }
         // A whole name is that of one image.
         frames.extend(names.iter().enumerate().map(|(frame, name)| (name.clone(), Some(frame))));
-        Self { frames }
+        Self { frames, numbers }
     }
 
     /// Whether the frames have names.
@@ -51,11 +56,16 @@ impl Images {
             format!("no image of the folder has the name {name:?}, with or without ending")
         })
     }
+
+    /// The frame of the only image whose name is this number.
+    pub fn numbered(&self, number: u64) -> Option<usize> {
+        self.numbers.get(&number).copied().flatten()
+    }
 }
 
 /// The frames of images of a video, which have numbers at the ends of their names. Names such as
-/// `frame_000012`, which we and CVAT give to frames, count from 0; of others, the lowest number is that
-/// of frame 0.
+/// `frame_000012`, which we and CVAT give to frames, count from 0. Others count from 0 or 1, or from
+/// the lowest number if the highest is beyond the video.
 pub struct Numbers {
     first: usize,
     /// What is to be said of it.
@@ -63,20 +73,24 @@ pub struct Numbers {
 }
 
 impl Numbers {
-    /// Those of all images of a file.
-    pub fn new<'n>(names: impl Iterator<Item = &'n str>) -> Outcome<Self> {
-        let mut first: Option<(usize, &str)> = None;
+    /// Those of all images of a file, for a video of so many frames.
+    pub fn new<'n>(names: impl Iterator<Item = &'n str>, frames: usize) -> Outcome<Self> {
+        let mut lowest: Option<(usize, &str)> = None;
+        let mut highest = 0;
         let mut from_zero = true;
         for name in names {
             let number = number(name)?;
             from_zero &= is_name_of_frame(stem_of(name));
-            if first.is_none_or(|(least, _)| number < least) {
-                first = Some((number, name));
+            highest = highest.max(number);
+            if lowest.is_none_or(|(least, _)| number < least) {
+                lowest = Some((number, name));
             }
         }
-        let (first, name) = match first {
-            Some((first, name)) if !from_zero => (first, stem_of(name)),
-            _ => (0, "frame_000000"),
+        let (first, name) = match lowest.filter(|_| !from_zero) {
+            None => (0, "frame_000000"),
+            // Files leave out images without boxes, also the first ones.
+            Some((lowest, _)) if lowest > 1 && highest <= frames => (1, "1"),
+            Some((lowest, name)) => (lowest, stem_of(name)),
         };
         let note = format!(
             "The images are matched with the frames by the numbers at the ends of their names: {name} is \

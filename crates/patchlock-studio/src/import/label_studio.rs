@@ -95,7 +95,7 @@ pub fn read(text: &str, found: &mut ImportBuilder<'_>) -> Outcome {
     let is_image = |task: &&Task| task.regions().any(|region| region.kind == "rectanglelabels");
     let images = || tasks.iter().filter(is_image).map(Task::image);
     let numbered = !found.images.have_names() && images().next().is_some();
-    let numbers = numbered.then(|| Numbers::new(images())).transpose()?;
+    let numbers = numbered.then(|| Numbers::new(images(), found.video.frames)).transpose()?;
     for task in &tasks {
         for (k, region) in task.regions().enumerate() {
             let wrong = |reason: String| format!("region {}: {reason}", k + 1);

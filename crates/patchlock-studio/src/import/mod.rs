@@ -42,10 +42,12 @@ pub enum Format {
     /// read. Attributes are read with their declarations. In a folder, the frame of an image is that
     /// with its name; in a video, its `id`. Boxes of images are targets of their own.
     Cvat,
-    /// A JSON file in the format of COCO. In a folder, the frame of an image is that with its name, or
-    /// its `frame_id`; in a video, its `frame_id`, or the number at the end of its name, counted from
-    /// the lowest one, or from 0 for names such as `frame_000012`. Annotations of one target have the same `track_id`, `instance_id` or attribute
-    /// `track_id`; others are targets of their own.
+    /// A JSON file in the format of COCO: a data set, or the list of a detector's results. In a
+    /// folder, the frame of an image is that with its name, or its `frame_id`; in a video, its
+    /// `frame_id`, or the number at the end of its name, counted from 0 or 1, or from the lowest
+    /// one if the highest is beyond the video. Annotations of one target have the same `track_id`,
+    /// `instance_id` or attribute `track_id`; others are targets of their own. In results, the id of
+    /// an image is its name, and the label of category 3 is `class 3`.
     Coco,
     /// A JSON file of Label Studio: the key frames of a video, or rectangles of images.
     LabelStudio,
@@ -91,7 +93,7 @@ impl Format {
             Self::Csv => "Patchlock table (.csv, .jsonl)",
             Self::Mot => "MOTChallenge (.txt)",
             Self::Cvat => "CVAT for video or for images 1.1 (.xml)",
-            Self::Coco => "COCO (.json)",
+            Self::Coco => "COCO, a data set or results (.json)",
             Self::LabelStudio => "Label Studio (.json)",
             Self::Yolo => "YOLO (.txt of all images, with data.yaml or classes.txt)",
             Self::Voc => "Pascal VOC (.xml of all images)",

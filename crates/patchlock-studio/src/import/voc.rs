@@ -30,7 +30,7 @@ pub fn read(files: &[File], found: &mut ImportBuilder<'_>) -> Outcome {
     }
     let names = all.iter().map(|it| it.image.as_str());
     let numbered = !found.images.have_names() && !all.is_empty();
-    let numbers = numbered.then(|| Numbers::new(names)).transpose()?;
+    let numbers = numbered.then(|| Numbers::new(names, found.video.frames)).transpose()?;
     for Annotation { image, rows, .. } in all.iter().filter(|it| !it.rows.is_empty()) {
         let frame = match &numbers {
             Some(numbers) => numbers.frame(image)?,

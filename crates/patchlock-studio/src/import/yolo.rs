@@ -29,7 +29,9 @@ pub fn read(files: &[File], found: &mut ImportBuilder<'_>) -> Outcome {
         );
     }
     let names = labels.iter().map(|(file, _)| file.name.as_str());
-    let numbers = (!found.images.have_names()).then(|| Numbers::new(names)).transpose()?;
+    let numbers = (!found.images.have_names())
+        .then(|| Numbers::new(names, found.video.frames))
+        .transpose()?;
     for (file, text) in &labels {
         let wrong = |reason: String| format!("{}: {reason}", file.name);
         if text.trim().is_empty() {

@@ -554,7 +554,8 @@ export class Commands {
                 'lost, a new box is its box. Wheel or pinch zooms, right or middle button pans. While a ' +
                 'box is edited with keys, arrows move it, Shift+arrows resize it, with Ctrl by ten ' +
                 'pixels. Shift+drag in the row of a target below the frame marks a stretch, as S does: H ' +
-                'says that it is not visible there, B tracks it again, Del deletes its boxes there.',
+                'says that it is not visible there, B tracks it again, Del deletes its boxes there. A square ' +
+                'above the rows marks a frame with proposals.',
         });
         openDialog('Keys', [mouse, element('div', { class: 'help' }, ...sections)], { wide: true });
     }

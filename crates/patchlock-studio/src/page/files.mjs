@@ -301,8 +301,8 @@ async function take(editor, files, likely) {
 async function guess(file) {
     const start = (await file.slice(0, 2000).text()).trimStart();
     if (start.startsWith('<')) return /<annotation[\s>]/.test(start) ? 'voc' : 'cvat';
-    if (start.startsWith('[')) return 'label-studio';
-    if (start.startsWith('{')) return /"images"|"info"|"licenses"/.test(start) ? 'coco' : 'csv';
+    if (start.startsWith('[')) return /"image_id"/.test(start) ? 'coco' : 'label-studio';
+    if (start.startsWith('{')) return /"(images|annotations|info|licenses)"/.test(start) ? 'coco' : 'csv';
     if (/\.(ya?ml|names)$/i.test(file.name) || /^\d+( [-\d.e]+){4,}/.test(start)) return 'yolo';
     return /^[a-z_"]/i.test(start) ? 'csv' : 'mot';
 }

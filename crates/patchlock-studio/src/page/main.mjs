@@ -188,10 +188,11 @@ function hint() {
     if (doubt?.frame === frame) {
         const reason = doubt.reason.charAt(0).toUpperCase() + doubt.reason.slice(1);
         const isLost = editor.track?.at(frame).kind === 'lost';
-        const other = isLost
-            ? 'Shift+H if it is not visible while lost'
-            : `Enter if it is right${editor.track?.isDoubtful(frame) ? ', Shift+H if it is not visible' : ''}`;
-        return `${reason}. Correct the box; ${other}.${more}`;
+        const hidden = editor.track?.isDoubtful(frame) ? ', Shift+H if it is not visible' : '';
+        const what = isLost
+            ? 'Draw the box; Enter if the dotted one is right, Shift+H if it is not visible while lost'
+            : `Correct the box; Enter if it is right${hidden}`;
+        return `${reason}. ${what}.${more}`;
     }
     return clip?.loaded && clip.tracks.length === 0 ? 'Drag a box around what is to be followed.' : '';
 }

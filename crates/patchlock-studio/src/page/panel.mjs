@@ -227,7 +227,7 @@ export class Panel {
         const here = proposals.in(clip, frame).length;
         byId('proposals-text').textContent = here
             ? `In this frame: ${here}. A click on one accepts it.`
-            : 'None in this frame.';
+            : 'None in this frame; squares above the timeline mark those with some.';
         byId('reject-proposal').toggleAttribute('disabled', !proposal);
     }
 

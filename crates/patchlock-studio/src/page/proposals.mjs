@@ -15,6 +15,9 @@ import { overlap, tidy } from './tracks.mjs';
 /** A proposal that overlaps the box of a target by this share is that target. */
 const SAME = 0.5;
 
+/** Those of a clip without any: the same list each time, as long as nothing changes. @type {Proposal[]} */
+const NONE = [];
+
 /** The proposals of all clips, while the page is open. */
 export class Proposals {
     constructor() {
@@ -25,13 +28,13 @@ export class Proposals {
     }
 
     /**
-     * Those of a clip that wait, in the order of the frames.
+     * Those of a clip that wait, in the order of the frames, of a frame from the highest score on.
      * @param {Clip | null} clip
      * @returns {Proposal[]}
      */
     of(clip) {
         const list = clip && this.lists.get(clip.info.id);
-        if (!list) return [];
+        if (!list) return NONE;
         const { tracks } = clip;
         if (this.last.tracks !== tracks || this.last.list !== list) {
             this.last = { tracks, list, waiting: list.filter((each) => waits(each, clip)) };
@@ -60,7 +63,7 @@ export class Proposals {
         const all = [...list, ...added.filter((each) => !known.has(key(each)))];
         this.lists.set(
             clip.info.id,
-            all.sort((a, b) => a.frame - b.frame),
+            all.sort((a, b) => a.frame - b.frame || (b.score ?? 1) - (a.score ?? 1)),
         );
     }
 

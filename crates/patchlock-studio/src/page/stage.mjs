@@ -177,9 +177,18 @@ export class Stage {
         const handle = fresh ? null : this.#handle(at, reach);
         if (handle) return { kind: 'resize', from, ...handle };
         const hit = fresh ? null : this.#hit(from);
-        if (!hit) return { kind: 'draw', from, fresh, target: fresh ? null : edits.targetOfNewBox(editor) };
-        edits.choose(editor, hit.target);
-        return { kind: 'move', from, ...hit };
+        if (hit) edits.choose(editor, hit.target);
+        if (hit && !this.#isLost) return { kind: 'move', from, ...hit };
+        return { kind: 'draw', from, fresh, target: fresh ? null : edits.targetOfNewBox(editor) };
+    }
+
+    /**
+     * Whether the selected target is lost. Its box is only where it was last seen: a drag on it draws the new
+     * one, which often begins at the same corner.
+     */
+    get #isLost() {
+        const { draft, track, shownFrame } = this.editor;
+        return !draft && track?.at(shownFrame).kind === 'lost';
     }
 
     /**
@@ -191,7 +200,7 @@ export class Stage {
         const { editor } = this;
         const box = editor.draft?.box ?? editor.track?.at(editor.shownFrame).box;
         const target = editor.draft?.target ?? editor.selected;
-        if (!box || target === null || editor.unseen.has(target)) return null;
+        if (!box || target === null || editor.unseen.has(target) || this.#isLost) return null;
         const shown = this.zoom.toView(box);
         // In small boxes the sides would leave no place to take hold of the middle.
         const small = Math.min(shown.w, shown.h) < 34;
@@ -319,13 +328,13 @@ export class Stage {
     }
 
     /**
-     * A click where no box of a target is: it accepts a proposal, or selects nothing.
+     * A click that moves no box: it accepts a proposal, or selects nothing where there is no box.
      * @param {Point} at
      */
     #click(at) {
         const proposal = proposals.proposalAt(this.editor, at);
         if (proposal) void proposals.accept(this.editor, [proposal]);
-        else this.editor.select(null);
+        else if (!this.#hit(at)) this.editor.select(null);
     }
 
     /** @param {Gesture} gesture */
@@ -365,7 +374,8 @@ export class Stage {
         const hit = this.#hit(point);
         if (editor.joinFirst !== null && hit) return 'copy';
         if (!hit && !gesture && proposals.proposalAt(editor, point)) return 'pointer';
-        return hit ? (hit.target === editor.selected ? 'move' : 'pointer') : 'crosshair';
+        if (!hit || (hit.target === editor.selected && this.#isLost)) return 'crosshair';
+        return hit.target === editor.selected ? 'move' : 'pointer';
     }
 
     // Drawing
@@ -425,7 +435,8 @@ export class Stage {
         const size = edited ? ` ${Math.round(box.w)} × ${Math.round(box.h)}` : '';
         const colour = editor.clip?.colour(id) ?? '#888888';
         const text = `${label} ${id}${edited ? size : word}${flags}`;
-        drawBox(context, shown, { colour, text, selected, kind, handles: selected && !editor.playing });
+        const handles = selected && !editor.playing && kind !== 'lost';
+        drawBox(context, shown, { colour, text, selected, kind, handles });
     }
 
     /**

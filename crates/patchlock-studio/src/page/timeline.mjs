@@ -1,8 +1,9 @@
-// A row for each target: its score and status by frame, key frames, hidden stretches, doubtful places.
+// A row for each target: its score and status by frame, key frames, hidden stretches, doubtful places. In the
+// ruler above, a square for each frame in which proposals wait.
 
 import * as edits from './edits.mjs';
 import * as stretches from './stretches.mjs';
-import { byId, element } from './dom.mjs';
+import { byId, counted, element } from './dom.mjs';
 import { drawDiamond } from './drawing.mjs';
 import { ordered } from './tracks.mjs';
 
@@ -10,7 +11,7 @@ import { ordered } from './tracks.mjs';
 
 const ROW = 26;
 const RULER = 22;
-/** Pixels from a key frame at which a click means it. */
+/** Pixels from a key frame, or from the square of proposals, at which a click means it. */
 const SNAP = 5;
 /** Pixels left and right of the frames, so that marks at the ends are whole. */
 const MARGIN = 8;
@@ -29,6 +30,8 @@ export class Timeline {
         this.from = 0;
         this.to = 1;
         this.drawn = '';
+        /** The proposals that are drawn: @type {import('./proposals.mjs').Proposal[]} */
+        this.waiting = [];
         this.named = '';
         /** Where the stretch begins that is being marked: @type {number | null} */
         this.marking = null;
@@ -133,8 +136,10 @@ export class Timeline {
             edits.choose(editor, track.target.id);
             if (joins) return;
         }
-        const key = pressed && track ? track.keys.find((at) => Math.abs(this.#x(at) - x) <= SNAP) : undefined;
-        editor.goTo(key ?? frame);
+        const onRuler = event.currentTarget === this.ruler;
+        const marks = track?.keys ?? (onRuler ? this.waiting.map((each) => each.frame) : []);
+        const mark = pressed ? marks.find((at) => Math.abs(this.#x(at) - x) <= SNAP) : undefined;
+        editor.goTo(mark ?? frame);
     }
 
     /** @param {WheelEvent} event */
@@ -197,8 +202,10 @@ export class Timeline {
             editor.clip?.doubts.map(({ target, frame }) => [target, frame]),
             tracks.length,
         ]);
-        if (state !== this.drawn && this.width > 0) {
+        const waiting = editor.proposals.of(editor.clip);
+        if ((state !== this.drawn || waiting !== this.waiting) && this.width > 0) {
             this.drawn = state;
+            this.waiting = waiting;
             this.#renderRuler();
             this.#renderRows(tracks);
         }
@@ -219,7 +226,9 @@ export class Timeline {
         const slider = byId('timeline-slider');
         slider.setAttribute('aria-valuemax', String(Math.max(0, editor.count - 1)));
         slider.setAttribute('aria-valuenow', String(editor.frame));
-        slider.setAttribute('aria-valuetext', `Frame ${editor.frame}`);
+        const here = editor.proposals.in(editor.clip, editor.frame).length;
+        const proposals = here ? `, ${counted(here, 'proposal')}` : '';
+        slider.setAttribute('aria-valuetext', `Frame ${editor.frame}${proposals}`);
     }
 
     #renderNames() {
@@ -289,6 +298,23 @@ export class Timeline {
             const text = String(frame);
             const half = context.measureText(text).width / 2;
             context.fillText(text, Math.min(Math.max(half + 2, x), this.width - half - 2), 2);
+        }
+        this.#renderProposals(context, paint);
+    }
+
+    /**
+     * @param {CanvasRenderingContext2D} context
+     * @param {(name: string) => string} paint
+     */
+    #renderProposals(context, paint) {
+        context.fillStyle = paint('--surface');
+        context.strokeStyle = paint('--accent');
+        context.lineWidth = 1.5;
+        for (const frame of new Set(this.waiting.map((each) => each.frame))) {
+            if (frame < this.from - 1 || frame > this.to + 1) continue;
+            const left = Math.round(this.#x(frame)) - 3;
+            context.fillRect(left, RULER - 8, 6, 6);
+            context.strokeRect(left, RULER - 8, 6, 6);
         }
     }
 

@@ -92,18 +92,28 @@ fn boxes_are_put_on_the_image_with_their_name() {
 }
 
 #[test]
-fn images_of_a_video_are_matched_by_numbers_from_the_lowest() {
+fn images_of_a_video_are_matched_by_numbers() {
     let place = TestFolder::new();
     let store = place.store();
     let read = |format, text: &str| import::read(format, text.as_bytes(), store.project(), &[]);
     let names = ["frame_0007.jpg", "clip/frame_0005.jpg", "frame_0010_jpg.rf.123abc.jpg"];
     let imported = read(import::Format::Coco, &coco_of(&names)).unwrap();
-    assert_eq!(frames_by_width(&imported.targets), [2, 0, 5]);
+    // The first images may have no boxes, and be left out.
+    assert_eq!(frames_by_width(&imported.targets), [6, 4, 9]);
     assert_eq!(
         imported.notes,
         ["The images are matched with the frames by the numbers at the ends of their names: \
-          frame_0005 is frame 0"]
+          1 is frame 0"]
     );
+    for (names, frames, first) in [
+        (["a3.jpg", "a0.jpg"], [3, 0], "a0"),
+        (["a3.jpg", "a12.jpg"], [2, 11], "1"),
+        (["a13.jpg", "a11.jpg"], [2, 0], "a11"),
+    ] {
+        let imported = read(import::Format::Coco, &coco_of(&names)).unwrap();
+        assert_eq!(frames_by_width(&imported.targets), frames, "{names:?}");
+        assert!(imported.notes[0].ends_with(&format!(": {first} is frame 0")), "{names:?}");
+    }
     let imported = read(import::Format::Coco, &coco_of(&["frame_000003.jpg", "frame_000005.png"]));
     let imported = imported.unwrap();
     assert_eq!(frames_by_width(&imported.targets), [3, 5]);
@@ -115,6 +125,81 @@ fn images_of_a_video_are_matched_by_numbers_from_the_lowest() {
     let imported = read(import::Format::Cvat, &text).unwrap();
     assert_eq!(frames_by_width(&imported.targets), [3, 11]);
     assert_eq!(imported.notes, ["Left out: polygon (2)"]);
+}
+
+/// A list of results of a detector, with a box for each of these images; the widths count from 1.
+fn results_of(images: &[serde_json::Value]) -> String {
+    let result = |(k, image): (usize, &serde_json::Value)| {
+        serde_json::json!({
+            "image_id": image, "category_id": k + 3, "bbox": [1, 1, k + 1, 5], "score": 0.5,
+            "file_name": "other.jpg", "segmentation": { "size": [48, 64], "counts": "" },
+        })
+    };
+    serde_json::Value::from_iter(images.iter().enumerate().map(result)).to_string()
+}
+
+/// As [`frames_by_width`], of tracked boxes.
+fn tracked_by_width(targets: &[Target]) -> Vec<usize> {
+    let tracked = targets.iter().flat_map(|target| &target.tracked);
+    let mut frames: Vec<(f64, usize)> = tracked.map(|(frame, it)| (it.bbox.w, *frame)).collect();
+    frames.sort_by(|a, b| a.0.total_cmp(&b.0));
+    frames.into_iter().map(|(_, frame)| frame).collect()
+}
+
+#[test]
+fn results_of_detectors_are_read() {
+    let place = TestFolder::new();
+    let store = place.store();
+    let images: Vec<String> = ["0009.png", "0010.png", "b-7.png"].map(String::from).to_vec();
+    let read = |text: &str, images: &[String]| {
+        import::read(import::Format::Coco, text.as_bytes(), store.project(), images)
+    };
+    let labels = "The file has no names of categories: the label of category 3 is class 3";
+
+    // In a video the ids are numbers, or end with them; several boxes of an image are targets.
+    let ids = [7.into(), 5.into(), "clip_0010".into(), 7.into()];
+    let imported = read(&results_of(&ids), &[]).unwrap();
+    assert_eq!(tracked_by_width(&imported.targets), [6, 4, 9, 6]);
+    let found: Vec<&str> = imported.targets.iter().map(|target| target.label.as_str()).collect();
+    assert_eq!(found, ["class 3", "class 4", "class 5", "class 6"]);
+    assert_eq!(imported.targets[0].tracked[&6].score, 0.5);
+    let numbers = "The images are matched with the frames by the numbers at the ends of their names: \
+                   1 is frame 0";
+    assert_eq!(imported.notes, [labels, numbers]);
+
+    // In a folder they are names, or the numbers that names are.
+    let imported = read(&results_of(&["0010".into(), 9.into(), "b-7".into()]), &images).unwrap();
+    assert_eq!(tracked_by_width(&imported.targets), [1, 0, 2]);
+    assert_eq!(imported.notes, [labels]);
+
+    let twice = ["1.png", "01.png"].map(String::from);
+    let results = |text: &str| format!("[{{{text}}}]");
+    let cases = [
+        (
+            results_of(&[7.into()]),
+            &images[..],
+            "image 7: no image of the folder has the name \"7\"",
+        ),
+        (results_of(&["c".into()]), &images, "image c: no image of the folder has the name \"c\""),
+        (results_of(&[1.into(), 13.into()]), &[], "annotation 2: frame 12 is not in the video"),
+        (results_of(&["c".into()]), &[], "\"c\" has no number at the end of its name"),
+        (
+            results_of(&[(-1).into()]),
+            &[],
+            "the id of an image is -1; allowed: a whole number from 0, or a name",
+        ),
+        (results("\"category_id\": 1"), &[], "missing field `image_id`"),
+        (results("\"image_id\": 1, \"bbox\": [1, 2, 3]"), &[], "invalid length 3"),
+        (results("\"image_id\": 1, \"bbox\": [1, 2, 3, 4], \"score\": 87"), &[], "87"),
+        (results("\"image_id\": 1"), &[], "Left out: annotation without a box (1)"),
+    ];
+    for (text, images, words) in cases {
+        let error = read(&text, images).unwrap_err().to_string();
+        assert!(error.contains(words), "{text}: {error}");
+    }
+    // Two names are this number.
+    let error = read(&results_of(&[1.into(), 2.into()]), &twice).unwrap_err().to_string();
+    assert!(error.contains("image 2: no image"), "{error}");
 }
 
 /// The files below a folder.
@@ -194,11 +279,11 @@ fn yolo_of_other_programs_is_read() {
         let imported = imported.unwrap();
         let [first, second] = &imported.targets[..] else { panic!("two boxes") };
         assert_eq!(
-            (first.label.as_str(), first.keys[&0].bbox),
+            (first.label.as_str(), first.keys[&4].bbox),
             (label, bbox(24.0, 12.0, 16.0, 24.0))
         );
-        assert_eq!(second.tracked[&2].score, 0.75);
-        assert!(imported.notes[0].ends_with(": 5 is frame 0"), "{:?}", imported.notes);
+        assert_eq!(second.tracked[&6].score, 0.75);
+        assert!(imported.notes[0].ends_with(": 1 is frame 0"), "{:?}", imported.notes);
     }
     let read = |text: &str| {
         let files = [file("1.txt", line), file("2.txt", text)];
