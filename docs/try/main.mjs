@@ -21,6 +21,7 @@ const start = find('start', HTMLInputElement);
 const preset = find('preset', HTMLSelectElement);
 const [track, stop, save] = ['track', 'stop', 'save'].map((id) => find(id, HTMLButtonElement));
 const videoFile = find('video-file', HTMLInputElement);
+const patchnet = find('patchnet', HTMLButtonElement);
 const networkFiles = find('network', HTMLInputElement);
 const message = find('message', HTMLElement);
 const drawing = /** @type {CanvasRenderingContext2D} */ (stage.getContext('2d'));
@@ -80,7 +81,7 @@ const update = () => {
     stop.disabled = !tracking;
     save.disabled = rows.length === 0;
     start.disabled = !ready || tracking || live();
-    for (const input of [preset, networkFiles, videoFile]) input.disabled = tracking;
+    for (const input of [preset, patchnet, networkFiles, videoFile]) input.disabled = tracking;
     find('camera', HTMLButtonElement).disabled = tracking;
 };
 
@@ -163,11 +164,12 @@ const openCamera = async () => {
     }
 };
 
-/** @param {File[]} files */
+/** Takes the network in these files, or PatchNet. @param {File[] | 'patchnet'} files */
 const openNetwork = async (files) => {
     const alone = /** @type {HTMLOptionElement} */ (preset.querySelector('[value=network]'));
     try {
-        const bytes = await Promise.all(files.map((file) => file.arrayBuffer()));
+        const bytes =
+            files === 'patchnet' ? files : await Promise.all(files.map((file) => file.arrayBuffer()));
         const { network } = await remote.ask({ kind: 'network', files: bytes });
         put('network-name', network ? `${network} helps the preset.` : 'No network.');
         alone.disabled = !network;
@@ -298,6 +300,10 @@ const dropped = (event) => {
 };
 
 videoFile.addEventListener('change', () => videoFile.files?.[0] && openFile(videoFile.files[0]));
+patchnet.addEventListener('click', () => {
+    networkFiles.value = '';
+    openNetwork('patchnet');
+});
 networkFiles.addEventListener('change', () => openNetwork([...(networkFiles.files ?? [])]));
 find('camera', HTMLButtonElement).addEventListener('click', openCamera);
 start.addEventListener('change', () => seek(start.valueAsNumber).then(show));

@@ -28,7 +28,10 @@ export class Remote {
     ask(request) {
         this.#last += 1;
         const id = this.#last;
-        const moved = request.kind === 'network' ? request.files : [request.picture];
+        /** @type {Transferable[]} */
+        let moved = [];
+        if (request.kind !== 'network') moved = [request.picture];
+        else if (request.files !== 'patchnet') moved = request.files;
         return new Promise((resolve, reject) => {
             this.#waiting.set(id, { resolve, reject });
             this.#worker.postMessage({ id, ...request }, moved);

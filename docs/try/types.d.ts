@@ -2,7 +2,7 @@ import type { Box, Estimate, Preset } from './patchlock/patchlock.js';
 
 /** What the page asks of the tracker. */
 export type Request =
-    | { kind: 'network'; files: ArrayBuffer[] }
+    | { kind: 'network'; files: ArrayBuffer[] | 'patchnet' }
     | { kind: 'start'; picture: ImageBitmap; box: Box; preset: Preset }
     | { kind: 'update'; picture: ImageBitmap };
 

@@ -27,7 +27,8 @@ const answer = (request) => {
     if (request.kind === 'network') {
         network?.free();
         network = undefined;
-        if (request.files.length > 0)
+        if (request.files === 'patchnet') network = Network.patchnet();
+        else if (request.files.length > 0)
             network = Network.fromFiles(request.files.map((file) => new Uint8Array(file)));
         return { network: network?.name };
     }

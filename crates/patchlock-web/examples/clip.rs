@@ -23,16 +23,19 @@ fn main() -> Result<(), Box<dyn Error>> {
     let [x, y, w, h] = scene.truth(0).bbox;
     let start = BoundingBox { x, y, w, h };
 
-    let mut trackers = vec![("robust", TrackerConfig::from(Preset::Robust))];
+    let with = |preset: Preset, network: &Network| {
+        let mut config = TrackerConfig::from(preset);
+        config.network = Some(network.clone());
+        config
+    };
+    let mut trackers = vec![
+        ("robust", TrackerConfig::from(Preset::Robust)),
+        ("patchnet", with(Preset::Network, &Network::patchnet())),
+    ];
     if !files.is_empty() {
-        let network = Some(Network::from_bytes(&files)?);
-        let with = |preset: Preset| {
-            let mut config = TrackerConfig::from(preset);
-            config.network.clone_from(&network);
-            config
-        };
-        trackers.push(("network", with(Preset::Network)));
-        trackers.push(("robust+network", with(Preset::Robust)));
+        let network = Network::from_bytes(&files)?;
+        trackers.push(("network", with(Preset::Network, &network)));
+        trackers.push(("robust+network", with(Preset::Robust, &network)));
     }
     let mut tracks = Vec::new();
     for (name, config) in trackers {

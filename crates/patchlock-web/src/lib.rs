@@ -46,13 +46,19 @@ pub fn presets() -> PresetNames {
     JsValue::from(names).unchecked_into()
 }
 
-/// A network of the user, from its ONNX files: NanoTrack (a backbone and a head) or VitTrack.
+/// A network: PatchNet, or one of the user from its ONNX files: NanoTrack (a backbone and a head) or
+/// VitTrack.
 #[wasm_bindgen]
 #[derive(Debug)]
 pub struct Network(patchlock::Network);
 
 #[wasm_bindgen]
 impl Network {
+    /// PatchNet, our own network: it is in the module, and needs no file.
+    pub fn patchnet() -> Network {
+        Self(patchlock::Network::patchnet())
+    }
+
     /// The network in these files, in any order.
     ///
     /// # Errors

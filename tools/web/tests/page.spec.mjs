@@ -156,6 +156,18 @@ test('the camera is tracked, and released for a video', async ({ page, site, con
     await expect(page.getByRole('status')).toContainText('480 × 360 pixels');
 });
 
+test('the network that is part of the module is used', async ({ page, site }) => {
+    await page.goto(`${site}/site/index.html`);
+    await page.getByRole('button', { name: 'Use PatchNet' }).click();
+    await expect(page.getByRole('status')).toContainText('PatchNet is loaded');
+    await page.getByLabel('Video file').setInputFiles(video);
+    await expect(page.getByRole('status')).toContainText('480 × 360 pixels');
+    await type(page, sides(truth[0]));
+    await page.getByLabel('Preset').selectOption('network alone');
+    await page.getByRole('button', { name: 'Track' }).click();
+    await expect(page.getByRole('status')).toContainText('frames tracked', { timeout: 100_000 });
+});
+
 test('files that cannot be used are named, and the page goes on', async ({ page, site }) => {
     await page.goto(`${site}/site/index.html`);
     const wrong = { name: 'notes.mp4', mimeType: 'video/mp4', buffer: Buffer.from('no video') };

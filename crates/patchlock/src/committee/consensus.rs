@@ -68,16 +68,16 @@ const NANOTRACK: CommitteeFit = CommitteeFit {
 /// With PatchNet, which is right less often alone. Its evidence is in units of that of NanoTrack's
 /// filters: only ratios count.
 const PATCHNET: CommitteeFit = CommitteeFit {
-    filters: Weights { agreed: 0.64, alone: 1.14, ..NANOTRACK.filters },
+    filters: Weights { agreed: 0.64, alone: 1.01, ..NANOTRACK.filters },
     network: Weights {
-        bias: -1.39,
-        evidence: 0.543,
-        agreed: 0.38,
-        alone: 0.32,
+        bias: -0.69,
+        evidence: 0.659,
+        agreed: 0.45,
+        alone: 0.64,
         ..NANOTRACK.network
     },
-    agreement: [-0.54, 3.30],
-    alone: -0.32,
+    agreement: [-1.29, 5.84],
+    alone: -0.15,
 };
 
 impl CommitteeFit {

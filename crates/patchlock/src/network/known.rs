@@ -46,11 +46,11 @@ const fn patchnet([file, sha256]: [&'static str; 2]) -> KnownModel {
 pub const KNOWN_MODELS: &[KnownModel] = &[
     patchnet([
         "patchnet_backbone.onnx",
-        "9e039a0b9c7c291025be3b61c3b4bb280d73da4edcba59511cd1fead0aaad58e",
+        "31698f0b4bf6fb02956aeb07b0a62b9ff32c1aa27a2f557f6ddc9ad08da3a143",
     ]),
     patchnet([
         "patchnet_head.onnx",
-        "219975e21a7349f15855070855d72615e86a4ca90b253ee5b12e9c6ec1ea661d",
+        "db4e3ca75a57c8bff82c593615b8c7b1fca521df786a804f883b837d40f75665",
     ]),
     nanotrack([
         "NanoTrack v3",
