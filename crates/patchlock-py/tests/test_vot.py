@@ -35,6 +35,7 @@ def test_the_command_has_the_network(monkeypatch: pytest.MonkeyPatch) -> None:
     words = ours.command(preset="network", model=VITTRACK.name, runtime="onnxruntime")
     expected = ["--model", str(VITTRACK), "--runtime", str(VITTRACK.with_name("network.json"))]
     assert words[-4:] == expected
+    assert ours.command(preset="network", model="patchnet")[-2:] == ["--model", "patchnet"]
     with pytest.raises(FileNotFoundError, match="model is none.onnx"):
         ours.command(preset="network", model="none.onnx")
 

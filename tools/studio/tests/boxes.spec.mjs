@@ -186,6 +186,14 @@ test.describe('beside a target that is tracked', () => {
             expect(overlap(accepted[place].keys[0].box, box)).toBeGreaterThan(0.99);
         }
 
+        // A detector is sure of few of its boxes.
+        const least = page.getByLabel('Least score');
+        await least.fill('0.25');
+        await expect(count).toHaveText('0');
+        await expect(page.locator('#proposals-text')).toContainText('1 with a lower score');
+        await least.fill('0.2');
+        await expect(count).toHaveText('1');
+        await page.locator('#stage').focus();
         await work.press('y');
         await work.atFrame(30);
         await expect(hint).toContainText('boat? 0.20');

@@ -124,8 +124,8 @@ def track(
             number; or boxes, such as a list or an array, with the ids 1, 2 and so on.
         config: A `Config`; `None` for the preset `robust`.
         preset: The name of a preset, instead of `config`.
-        model: The network of the preset `network`: a `Network`, or what `Network` takes. It takes
-            precedence over that of `config`.
+        model: The network: alone with the preset `network`, beside the default tracker with `robust`. A
+            `Network`, or what `Network` takes. It takes precedence over that of `config`.
         runtime: What runs the network, as for `Network`, if `model` is not a `Network`.
         start: Number of the first frame of the range.
         end: Number of the first frame after the range; `None` for the end of the source.

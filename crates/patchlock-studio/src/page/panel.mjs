@@ -7,7 +7,7 @@ import { byId, counted, element, iconButton, openDialog } from './dom.mjs';
 import { drawHidden } from './drawing.mjs';
 import { inNumbers, inWords } from './editor.mjs';
 import { copy, thumbnails } from './frames.mjs';
-import { reject } from './proposals.mjs';
+import { reject, setLeastScore } from './proposals.mjs';
 import { renderRemarks } from './review.mjs';
 import { asBox } from './tracks.mjs';
 
@@ -39,6 +39,10 @@ export class Panel {
         byId('reject-proposals').addEventListener('click', () =>
             reject(editor, editor.proposals.of(editor.clip)),
         );
+        byId('proposals-score').addEventListener('input', (event) => {
+            const { valueAsNumber } = /** @type {HTMLInputElement} */ (event.target);
+            setLeastScore(editor, valueAsNumber);
+        });
     }
 
     /**
@@ -221,13 +225,14 @@ export class Panel {
 
     #renderProposals() {
         const { clip, frame, proposals, proposal } = this.editor;
-        const all = proposals.of(clip).length;
-        byId('proposals-part').hidden = all === 0;
+        const [all, below] = [proposals.of(clip).length, proposals.belowLeastScore(clip)];
+        byId('proposals-part').hidden = all + below === 0;
         byId('proposals-count').textContent = String(all);
         const here = proposals.in(clip, frame).length;
-        byId('proposals-text').textContent = here
+        const text = here
             ? `In this frame: ${here}. A click on one accepts it.`
             : 'None in this frame; squares above the timeline mark those with some.';
+        byId('proposals-text').textContent = below ? `${text} ${below} with a lower score.` : text;
         byId('reject-proposal').toggleAttribute('disabled', !proposal);
     }
 

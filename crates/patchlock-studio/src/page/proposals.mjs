@@ -23,8 +23,13 @@ export class Proposals {
     constructor() {
         /** By the id of the clip. A list is replaced when anything of it changes: @type {Map<number, Proposal[]>} */
         this.lists = new Map();
-        /** What was found last, and for what: @type {{tracks?: unknown, list?: unknown, waiting: Proposal[]}} */
-        this.last = { waiting: [] };
+        /** Those with a lower score are neither shown nor asked about. */
+        this.leastScore = 0;
+        /**
+         * What was found last, and for what.
+         * @type {{tracks?: unknown, list?: unknown, leastScore?: number, waiting: Proposal[], below: number}}
+         */
+        this.last = { waiting: NONE, below: 0 };
     }
 
     /**
@@ -33,13 +38,28 @@ export class Proposals {
      * @returns {Proposal[]}
      */
     of(clip) {
+        return this.#found(clip).waiting;
+    }
+
+    /**
+     * The number of those that would wait, were the least score 0.
+     * @param {Clip | null} clip
+     */
+    belowLeastScore(clip) {
+        return this.#found(clip).below;
+    }
+
+    /** @param {Clip | null} clip */
+    #found(clip) {
         const list = clip && this.lists.get(clip.info.id);
-        if (!list) return NONE;
-        const { tracks } = clip;
-        if (this.last.tracks !== tracks || this.last.list !== list) {
-            this.last = { tracks, list, waiting: list.filter((each) => waits(each, clip)) };
+        if (!list) return { waiting: NONE, below: 0 };
+        const [{ tracks }, { leastScore }] = [clip, this];
+        if (this.last.tracks !== tracks || this.last.list !== list || this.last.leastScore !== leastScore) {
+            const all = list.filter((each) => waits(each, clip));
+            const waiting = all.filter(({ score }) => (score ?? 1) >= leastScore);
+            this.last = { tracks, list, leastScore, waiting, below: all.length - waiting.length };
         }
-        return this.last.waiting;
+        return this.last;
     }
 
     /**
@@ -215,6 +235,18 @@ export async function acceptAll(editor) {
     const here = editor.proposals.in(editor.clip, editor.shownFrame);
     if (here.length === 0) return tell('No proposal waits for a decision in this frame.');
     await accept(editor, here);
+}
+
+/**
+ * Shows only proposals of this score or more; those without a score stay.
+ * @param {Editor} editor
+ * @param {number} score
+ */
+export function setLeastScore(editor, score) {
+    const { clip, proposals } = editor;
+    proposals.leastScore = Number.isFinite(score) ? score : 0;
+    if (editor.proposal && !proposals.of(clip).includes(editor.proposal)) editor.proposal = null;
+    editor.changed();
 }
 
 /**

@@ -76,7 +76,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--model",
         metavar="DIR|FILE",
-        help="the network of the preset network: a folder with its ONNX files, or its only file",
+        help="a network, alone with the preset network: patchnet, a folder with its ONNX files, or its only file",
     )
     parser.add_argument(
         "--runtime",
