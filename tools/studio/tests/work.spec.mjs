@@ -227,6 +227,18 @@ test.describe('a target that is tracked', () => {
         await expect(work.targets()).toHaveCount(0);
         await page.getByRole('button', { name: 'Undo' }).last().click();
         await expect(work.targets()).toHaveCount(1);
+
+        // The message of a step that was taken back undoes no other one.
+        await work.targets().first().locator('.target-name').click();
+        await page.locator('#stage').focus();
+        await work.press('Delete');
+        await expect(work.targets()).toHaveCount(0);
+        await work.press('Control+z');
+        await expect(work.targets()).toHaveCount(1);
+        const deleted = page.locator('#notices .notice', { hasText: 'Deleted' }).last();
+        await deleted.getByRole('button', { name: 'Undo' }).click();
+        await expect(page.locator('#notices')).toContainText('Not undone');
+        await expect(work.targets()).toHaveCount(1);
     });
 
     test('what the tracker sees, in pictures and words', async ({ work }) => {

@@ -433,6 +433,19 @@ export class Clip extends EventTarget {
         while (this.unsaved > 0) await this.last;
     }
 
+    /**
+     * Says what was done last. Its button undoes that, and nothing that was done since.
+     * @param {string} text
+     */
+    tellDone(text) {
+        const { own } = this;
+        const run = () => {
+            if (this.own === own) void this.undo();
+            else tell('Not undone: there was a change since. Ctrl+Z undoes the newest one.');
+        };
+        tell(text, { text: 'Undo', run });
+    }
+
     undo() {
         return this.#queue('Not undone', () => this.#step('undo'));
     }

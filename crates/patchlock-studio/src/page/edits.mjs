@@ -226,7 +226,7 @@ export async function deleteTarget(editor) {
     if (!track || !clip) return;
     const { id, label } = track.target;
     if (await clip.edit([{ edit: 'delete_target', target: id }])) {
-        tell(`Deleted: ${label} ${id}`, { text: 'Undo', run: () => void clip.undo() });
+        clip.tellDone(`Deleted: ${label} ${id}`);
     }
 }
 

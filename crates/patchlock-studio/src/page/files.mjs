@@ -395,10 +395,7 @@ async function importBoxes(editor, clip, name, files, format) {
         const { targets } = await api.json('POST', path, { body });
         await clip.load();
         const count = Array.isArray(targets) ? targets.length : targets;
-        tell(`Imported ${counted(count, 'target')} from ${name}.`, {
-            text: 'Undo',
-            run: () => void clip.undo(),
-        });
+        clip.tellDone(`Imported ${counted(count, 'target')} from ${name}.`);
     } catch (error) {
         complain(error, { doing: `${name} was not imported` });
     } finally {

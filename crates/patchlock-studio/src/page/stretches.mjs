@@ -114,7 +114,6 @@ export async function deleteBoxes(editor) {
     }
     editor.stretch = null;
     if (await clip.edit([track.removalWithin(from, to)])) {
-        const undo = { text: 'Undo', run: () => void clip.undo() };
-        tell(`Deleted: the boxes of target ${track.target.id} from frame ${from} to ${to}`, undo);
+        clip.tellDone(`Deleted: the boxes of target ${track.target.id} from frame ${from} to ${to}`);
     }
 }
