@@ -33,7 +33,7 @@ export class Proposals {
     }
 
     /**
-     * Those of a clip that wait, in the order of the frames, of a frame from the highest score on.
+     * Those of a clip that wait, in the order of the frames, and within a frame from the highest score down.
      * @param {Clip | null} clip
      * @returns {Proposal[]}
      */
