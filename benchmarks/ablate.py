@@ -131,7 +131,8 @@ def variant_of(
         if settings:
             parser.error(f"{name}: results exist already, so they cannot have other settings")
         return Variant(name, program, preset, {}, str(results), "")
-    settings |= {key: str(Path(str(settings[key])).resolve()) for key in FILES if key in settings}
+    files = [key for key in FILES if settings.get(key, "none") not in ("patchnet", "none")]
+    settings |= {key: str(Path(str(settings[key])).resolve()) for key in files}
     try:
         build = args.build or hashlib.sha256(program.read_bytes()).hexdigest()
     except OSError as error:

@@ -5,12 +5,13 @@
     python3 benchmarks/segments.py OTB --out starts/OTB --whole
     target/python-venv/bin/python benchmarks/calibrate.py starts/OTB starts/MINE
 
-Each argument is a dataset in the OTB layout. The preset `robust` tracks all its sequences and says of each
-frame what the score counts: the means of the visible share, of the memory's response elsewhere and of how
-sure the memory of the first sure frames is, and the contrast of colours relative to the first frame. The score
-is the logistic function of a weighted sum of these. The fit is a logistic regression, with a penalty on the weights, of whether the box
-overlaps the truth by at least half; a frame without truth is a miss. Frames of a target that is given up take
-part: nothing is visible of it. Each target counts by the square root of its frames.
+Each argument is a dataset in the OTB layout. The preset `robust`, without a network, tracks all its sequences
+and says of each frame what the score counts: the means of the visible share, of the memory's response
+elsewhere and of how sure the memory of the first sure frames is, and the contrast of colours relative to the
+first frame. The score is the logistic function of a weighted sum of these. The fit is a logistic regression,
+with a penalty on the weights, of whether the box overlaps the truth by at least half; a frame without truth is
+a miss. Frames of a target that is given up take part: nothing is visible of it. Each target counts by the
+square root of its frames.
 
 The table has the score as it is set, the fit on all targets, and rows in which each target is scored by a fit
 that has not seen it: on the other half of the targets, and on the other datasets. Each half stands also by
@@ -62,7 +63,7 @@ class Frames(NamedTuple):
 def track(sequence: Path, settings: dict[str, float]) -> list[list[float]]:
     """The rows of a sequence after its first frame."""
     true = paired.boxes_from_0(sequence / "groundtruth_rect.txt")
-    config = patchlock.Config()
+    config = patchlock.Config(model="none")
     for name, value in settings.items():
         setattr(config.robust, name, value)
     rows: list[list[float]] = []

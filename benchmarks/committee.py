@@ -135,8 +135,7 @@ def main() -> None:
     print("choice:", *[f"{name} {n:.3f}" for name, n in zip(["bias", "filters", "judged"], weights, strict=True)])
     print("score:", *[f"{name} {n:.2f}" for name, n in zip(names, numbers, strict=True)])
     limits = {row.name: float(row.default) for row in patchlock.parameters(research=True) if row.name in
-              ("score_tracked", "visible_tracked", "network_score_lost")}
-    limits["score_lost"] = limits["network_score_lost"]
+              ("score_tracked", "visible_tracked", "score_lost")}
     columns = "AUC, tracked that are off, off called tracked, off called lost, on called lost, >= .9 missed, ECE, AUROC, called tracked"
     print(f"\n| targets | {columns.replace(', ', ' | ')} |\n" + "|---" * 10 + "|")
     halves = {half: [t for t in targets if paired.half(t.name) == half] for half in ("tuning", "other")}

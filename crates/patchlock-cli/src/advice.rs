@@ -161,9 +161,7 @@ fn settings_hint(error: &SettingsError) -> Option<String> {
 /// The hint for a network that cannot be loaded.
 fn model_hint(error: &ModelError) -> Option<String> {
     Some(match error {
-        ModelError::Missing { .. } => {
-            "give its files with --model; patchlock model --help says where to get them".to_string()
-        }
+        ModelError::Missing { .. } => "leave out --model none, or give another network".to_string(),
         ModelError::Unused { .. } | ModelError::UnusedRuntime { .. } => {
             "the presets robust and network use one".to_string()
         }

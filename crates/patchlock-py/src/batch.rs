@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-use patchlock::{BoundingBox, TrackerConfig};
+use patchlock::BoundingBox;
 use patchlock_bench::Error;
 use patchlock_bench::bench::job::{self, BenchJobs, FrameObserver, Frames, Job, ObservedFrame};
 use patchlock_bench::bench::plan::{MOST_SECONDS, MOST_SEEDS, Options, TrackerSpec};
@@ -58,7 +58,10 @@ impl Store {
         let Settings { config: common, model } = config.settings(py);
         let paths = model.map(|model| model.get().paths_for_jobs()).transpose()?;
         let preset = basis(&common).0;
-        let meant = if name.is_some() { common.clone() } else { TrackerConfig::from(preset) };
+        let meant = match name {
+            Some(_) => common.clone(),
+            None => Settings::of_preset(py, preset)?.config,
+        };
         let name = name.unwrap_or_else(|| preset.to_string());
         let mut configuration = common;
         config::apply(&mut configuration, own, &[])?;

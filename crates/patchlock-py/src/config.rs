@@ -11,7 +11,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::errors;
-use crate::network::{Model, Network, RuntimeName, check_use};
+use crate::network::{self, Model, Network, RuntimeName, check_use};
 
 /// The settings that a [`Config`] and its groups share.
 type SharedConfig = Arc<Mutex<TrackerConfig>>;
@@ -46,8 +46,8 @@ const MODEL: &str = "model";
 ///     preset: The preset to start from; `PRESETS` lists the names.
 ///     file: A TOML file with settings that differ from the preset, as `patchlock config` writes it.
 ///     settings: Settings to change, by name, such as `search=7`.
-///     model: A network, which `network` needs and `robust` can use: a `Network`, or what `Network` takes. It takes precedence
-///         over that of the file.
+///     model: The network: a `Network`, what `Network` takes, or `"none"`. By default that of the file, or
+///         else `"patchnet"` with `robust` and `network`.
 ///     runtime: What runs the network, as for `Network`, if `model` is not a `Network`.
 ///
 /// Raises:
@@ -89,13 +89,19 @@ pub struct NetworkConfig;
 pub struct PatchModelConfig;
 
 /// Settings with the Python object of their network.
-#[derive(Default)]
 pub struct Settings {
     pub config: TrackerConfig,
     pub model: Option<Py<Network>>,
 }
 
 impl Settings {
+    /// The settings of a preset, with the network that it has by default.
+    pub fn of_preset(py: Python<'_>, preset: Preset) -> PyResult<Self> {
+        let settings = Self { config: preset.into(), model: None };
+        let model = Model::default_of(&settings.config.method);
+        settings.with(py, model, None)
+    }
+
     /// The settings with this network, or with their own.
     fn with(
         self,
@@ -105,17 +111,14 @@ impl Settings {
     ) -> PyResult<Self> {
         let Some(model) = model else {
             return match runtime {
-                Some(_) => Err(PyValueError::new_err(
-                    "runtime is what runs the network of model=, but there is no model=",
-                )),
+                Some(_) => Err(network::unused_runtime()),
                 None => Ok(self),
             };
         };
         let (mut config, model) = (self.config, model.network(py, runtime)?);
-        let network = model.get().to_rust();
-        check_use(&config.method, Some(&network))?;
-        config.network = Some(network);
-        Ok(Self { config, model: Some(model) })
+        config.network = model.as_ref().map(|model| model.get().to_rust());
+        check_use(&config.method, config.network.as_ref())?;
+        Ok(Self { config, model })
     }
 
     /// The settings with changes by name, from the keyword arguments of a call that has these others.
@@ -156,20 +159,21 @@ impl Config {
         settings: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         let (config, paths) = match &file {
-            None => (named(preset)?.config, ModelPaths::default()),
+            None => (named(preset)?.into(), ModelPaths::default()),
             Some(file) => {
                 settings::from_file(preset, file).map_err(|error| errors::of_track(error.into()))?
             }
         };
         // The file names the network and its runtime where the arguments do not.
         let model = model.or_else(|| paths.model.map(Model::of_path));
+        let model = model.or_else(|| Model::default_of(&config.method));
         let is_loaded = matches!(model, Some(Model::Loaded(_)));
         let of_file = paths.runtime.filter(|_| !is_loaded).map(RuntimeName);
         let chosen = Settings { config, model: None }.with(py, model, runtime.or(of_file))?;
         Ok(Self::of(chosen.changed(settings, &["preset", "file", "model", "runtime"])?))
     }
 
-    /// The network; `None` if none was given.
+    /// The network; `None` if there is none.
     #[getter]
     fn model(&self, py: Python<'_>) -> Option<Py<Network>> {
         self.model.as_ref().map(|model| model.clone_ref(py))
@@ -286,7 +290,8 @@ pub fn restore_config(
     changes: &Bound<'_, PyDict>,
     model: Option<Py<Network>>,
 ) -> PyResult<Config> {
-    let settings = named(preset)?.with(py, model.map(Model::Loaded), None)?;
+    let settings = Settings { config: named(preset)?.into(), model: None };
+    let settings = settings.with(py, model.map(Model::Loaded), None)?;
     Ok(Config::of(settings.changed(Some(changes), &[])?))
 }
 
@@ -343,23 +348,25 @@ pub fn chosen(
     (model, runtime): (Option<Model>, Option<RuntimeName>),
     (changes, arguments): (Option<&Bound<'_, PyDict>>, &[&str]),
 ) -> PyResult<Settings> {
-    let settings = match (config, preset) {
+    let (settings, model) = match (config, preset) {
         (Some(_), Some(_)) => {
             return Err(PyValueError::new_err(
                 "config and preset are both given; patchlock.Config takes the name of a preset",
             ));
         }
-        (Some(Choice(settings)), None) => settings,
-        (None, Some(preset)) => named(preset)?,
-        (None, None) => Settings::default(),
+        (Some(Choice(settings)), None) => (settings, model),
+        (None, preset) => {
+            let config = TrackerConfig::from(preset.map_or(Ok(Preset::default()), named)?);
+            let model = model.or_else(|| Model::default_of(&config.method));
+            (Settings { config, model: None }, model)
+        }
     };
     settings.with(py, model, runtime)?.changed(changes, arguments)
 }
 
-/// The settings of a preset.
-fn named(preset: &str) -> PyResult<Settings> {
-    let preset: Preset = preset.parse().map_err(errors::of_tracker)?;
-    Ok(Settings { config: preset.into(), model: None })
+/// The preset of this name.
+fn named(preset: &str) -> PyResult<Preset> {
+    preset.parse().map_err(errors::of_tracker)
 }
 
 /// Changes settings by name. They are given beside these `arguments`, one of which may be meant.

@@ -3,7 +3,7 @@
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use patchlock::{Error, Frame, Method, Network, TrackerConfig};
+use patchlock::{Error, Frame, Method, Network, NetworkError, TrackerConfig};
 use patchlock_track::session::timed_on;
 use pyo3::exceptions::{PyKeyError, PyValueError};
 use pyo3::prelude::*;
@@ -21,7 +21,7 @@ use crate::threads::Threads;
 /// A tracker of the library.
 pub trait Engine: Send + Sized {
     /// Its complete state.
-    type Snapshot: Serialize + DeserializeOwned;
+    type Snapshot: Clone + Serialize + DeserializeOwned;
     /// What it is called where something else was given.
     const NAME: &str;
 
@@ -210,8 +210,10 @@ impl<T: Engine> Driver<T> {
         self.model.as_ref().map(|model| model.clone_ref(py))
     }
 
-    /// A driver that continues where it was saved, from text or bytes.
+    /// A driver that continues where it was saved, from text or bytes. Without a network, it has our
+    /// own if the state was saved with it.
     pub fn restored(
+        py: Python<'_>,
         snapshot: &[u8],
         model: Model,
         threads: Option<usize>,
@@ -230,7 +232,15 @@ impl<T: Engine> Driver<T> {
         let network = model.as_ref().map(|model| model.get().to_rust());
         check_use(T::method(&snapshot), network.as_ref())?;
         let (threads, channels) = (Threads::new(threads)?, Channels::parse(channels)?);
-        let tracker = T::restore(snapshot, network).map_err(to_python)?;
+        let (tracker, model) = match T::restore(snapshot.clone(), network) {
+            Ok(tracker) => (tracker, model),
+            Err(error) if needs_network(&error) => {
+                let ours = network::patchnet(py)?;
+                let tracker = T::restore(snapshot, Some(ours.get().to_rust()));
+                (tracker.map_err(|_| to_python(error))?, Some(ours))
+            }
+            Err(error) => return Err(to_python(error)),
+        };
         let state = Mutex::new(State { tracker, frame, ms: 0.0 });
         Ok(Self { state, model, threads, channels })
     }
@@ -246,6 +256,12 @@ impl<T: Engine> Driver<T> {
         let threads = Threads::new(self.threads.count)?;
         Ok(Self { state, model, threads, channels: self.channels })
     }
+}
+
+/// Whether a state cannot be restored because it was given no network.
+fn needs_network(error: &Error) -> bool {
+    use NetworkError::{None, Other};
+    matches!(error, Error::Network(None | Other { given: Option::None, .. }))
 }
 
 /// An unknown id is a `KeyError`; other errors are those of the library.

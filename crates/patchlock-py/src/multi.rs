@@ -9,7 +9,7 @@ use pyo3::types::{PyBytes, PyDict, PyType};
 use crate::config::{ARGUMENTS, Choice, Config, chosen};
 use crate::driver::{CallResult, Driver, PickleState, to_python};
 use crate::estimate::{Estimate, to_box};
-use crate::network::{Model, Network, RuntimeName};
+use crate::network::{self, Model, Network, RuntimeName};
 use crate::observation::Views;
 
 /// Follows many targets through the frames of a video.
@@ -24,8 +24,8 @@ use crate::observation::Views;
 /// Args:
 ///     config: A `Config`; `None` for the preset `robust`.
 ///     preset: The name of a preset, instead of `config`.
-///     model: A network, which `network` needs and `robust` can use: a `Network`, or what `Network` takes. It takes
-///         precedence over that of `config`.
+///     model: The network: a `Network`, what `Network` takes, or `"none"`. By default that of `config`, or
+///         else `"patchnet"` with `robust` and `network`.
 ///     runtime: What runs the network, as for `Network`, if `model` is not a `Network`.
 ///     threads: Number of threads for this tracker, 1 to 1024. `None` means one per core, in a pool
 ///         that all such trackers of the process share. The number does not change the boxes.
@@ -153,9 +153,9 @@ impl MultiTracker {
     /// as `Tracker.update_observed` does it.
     ///
     /// Returns:
-    ///     The estimates, and for each id a `RobustObservation`, with the method `paper` a
-    ///     `PaperObservation`, with `network` a `NetworkObservation`, with `robust` and a model a
-    ///     `CommitteeObservation`.
+    ///     The estimates, and for each id a `CommitteeObservation`, without a network a
+    ///     `RobustObservation`, with the method `paper` a `PaperObservation`, with `network` a
+    ///     `NetworkObservation`.
     ///
     /// Raises:
     ///     TypeError: As for `update`.
@@ -222,8 +222,8 @@ impl MultiTracker {
     ///
     /// Args:
     ///     snapshot: What `snapshot` returned.
-    ///     model: The network that the targets were tracked with, as for the constructor.
-    ///         A snapshot holds its hash.
+    ///     model: The network that the targets were tracked with, as for the constructor; not needed for
+    ///         `"patchnet"`. A snapshot holds its hash.
     ///     runtime: As for the constructor.
     ///     threads: As for the constructor.
     ///     channels: As for the constructor.
@@ -245,8 +245,8 @@ impl MultiTracker {
         channels: &str,
         frame: u64,
     ) -> PyResult<Self> {
-        let model = model.map(|model| model.network(class.py(), runtime)).transpose()?;
-        restore_many(snapshot, threads, channels, frame, model)
+        let model = network::given(class.py(), model, runtime)?;
+        restore_many(class.py(), snapshot, threads, channels, frame, model)
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, PickleState<'py>)> {
@@ -278,11 +278,12 @@ fn by_id(py: Python<'_>, found: CallResult<Vec<TargetEstimate>>) -> PyResult<Bou
 #[pyfunction]
 #[pyo3(name = "_restore_many", signature = (snapshot, threads, channels, frame, model = None))]
 pub fn restore_many(
+    py: Python<'_>,
     snapshot: &[u8],
     threads: Option<usize>,
     channels: &str,
     frame: u64,
     model: Option<Py<Network>>,
 ) -> PyResult<MultiTracker> {
-    Ok(MultiTracker { driver: Driver::restored(snapshot, model, threads, channels, frame)? })
+    Ok(MultiTracker { driver: Driver::restored(py, snapshot, model, threads, channels, frame)? })
 }

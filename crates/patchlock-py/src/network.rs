@@ -8,6 +8,7 @@ use patchlock_track::settings::SettingsError;
 use patchlock_track::{ModelError, ModelPaths, models};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyBytes, PyDict};
 
 use crate::errors;
@@ -269,28 +270,74 @@ impl ModelFile {
     }
 }
 
-/// The argument `model` of whatever uses a network: a network, or what makes one.
+/// Our own network with the built-in runtime, which is loaded once in a process.
+static PATCHNET: PyOnceLock<Py<Network>> = PyOnceLock::new();
+
+/// The argument `model` of whatever uses a network: a network, what makes one, or the word for none.
 pub enum Model {
     Loaded(Py<Network>),
     Files(Files),
+    None,
 }
 
 impl Model {
-    /// The network in a folder or file.
+    /// The network in a folder or file, or the one that a word stands for.
     pub fn of_path(path: PathBuf) -> Self {
-        Self::Files(Files::Paths(vec![path]))
+        match path == Path::new(models::NO_NETWORK) {
+            true => Self::None,
+            false => Self::Files(Files::Paths(vec![path])),
+        }
+    }
+
+    /// The network of a method where none is named: our own, if the method uses one.
+    pub fn default_of(method: &Method) -> Option<Self> {
+        let is_used = matches!(method, Method::Robust(_) | Method::Network(_));
+        is_used.then(|| Self::of_path(models::PATCHNET.into()))
     }
 
     /// The network; `runtime` belongs to files.
-    pub fn network(self, py: Python<'_>, runtime: Option<RuntimeName>) -> PyResult<Py<Network>> {
+    pub fn network(
+        self,
+        py: Python<'_>,
+        runtime: Option<RuntimeName>,
+    ) -> PyResult<Option<Py<Network>>> {
         match (self, runtime) {
-            (Self::Loaded(network), None) => Ok(network),
+            (Self::Loaded(network), None) => Ok(Some(network)),
             (Self::Loaded(_), Some(_)) => Err(PyValueError::new_err(
                 "model is a Network, which has its runtime; give runtime= where the Network is made",
             )),
-            (Self::Files(files), runtime) => Py::new(py, Network::load(py, files, runtime)?),
+            (Self::Files(files), None) if files.is_patchnet() => patchnet(py).map(Some),
+            (Self::Files(files), runtime) => {
+                Py::new(py, Network::load(py, files, runtime)?).map(Some)
+            }
+            (Self::None, None) => Ok(None),
+            (Self::None, Some(_)) => Err(unused_runtime()),
         }
     }
+}
+
+/// The network for a saved state, if one is named; a runtime alone runs our own.
+pub fn given(
+    py: Python<'_>,
+    model: Option<Model>,
+    runtime: Option<RuntimeName>,
+) -> PyResult<Option<Py<Network>>> {
+    let ours = || runtime.as_ref().map(|_| Model::of_path(models::PATCHNET.into()));
+    model.or_else(ours).map_or(Ok(None), |model| model.network(py, runtime))
+}
+
+/// Our own network.
+pub fn patchnet(py: Python<'_>) -> PyResult<Py<Network>> {
+    let load = || {
+        let files = Files::Paths(vec![models::PATCHNET.into()]);
+        Py::new(py, Network::load(py, files, None)?)
+    };
+    PATCHNET.get_or_try_init(py, load).map(|network| network.clone_ref(py))
+}
+
+/// The error of a runtime without a network.
+pub fn unused_runtime() -> PyErr {
+    PyValueError::new_err("runtime is what runs a network, but there is none")
 }
 
 impl<'py> FromPyObject<'_, 'py> for Model {
@@ -299,6 +346,9 @@ impl<'py> FromPyObject<'_, 'py> for Model {
     fn extract(object: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
         match object.cast::<Network>() {
             Ok(network) => Ok(Self::Loaded(network.to_owned().unbind())),
+            Err(_) if object.extract::<&str>().is_ok_and(|word| word == models::NO_NETWORK) => {
+                Ok(Self::None)
+            }
             Err(_) => object.extract().map(Self::Files),
         }
     }
@@ -308,6 +358,12 @@ impl<'py> FromPyObject<'_, 'py> for Model {
 pub enum Files {
     Paths(Vec<PathBuf>),
     Bytes(Vec<Vec<u8>>),
+}
+
+impl Files {
+    fn is_patchnet(&self) -> bool {
+        matches!(self, Self::Paths(paths) if *paths == [Path::new(models::PATCHNET)])
+    }
 }
 
 impl From<File> for Files {
@@ -404,7 +460,7 @@ pub fn library(py: Python<'_>, runtime: Option<&RuntimeName>) -> PyResult<Option
 
 /// The full path; the name of our own network stays as it is.
 fn absolute(path: &PathBuf) -> io::Result<PathBuf> {
-    if *path == Path::new(models::PATCHNET) { Ok(path.clone()) } else { path::absolute(path) }
+    if models::is_word(path) { Ok(path.clone()) } else { path::absolute(path) }
 }
 
 fn from_paths(paths: &[PathBuf], library: Option<&Path>) -> PyResult<patchlock::Network> {

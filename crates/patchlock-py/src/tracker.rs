@@ -7,7 +7,7 @@ use pyo3::types::{PyBytes, PyDict, PyType};
 use crate::config::{ARGUMENTS, Choice, Config, chosen};
 use crate::driver::{CallResult, Driver, PickleState};
 use crate::estimate::{Estimate, to_box};
-use crate::network::{Model, Network, RuntimeName};
+use crate::network::{self, Model, Network, RuntimeName};
 use crate::observation::{Observation, Views};
 
 /// Follows one target through the frames of a video.
@@ -32,8 +32,8 @@ use crate::observation::{Observation, Views};
 ///         and partly outside the frame. Width and height must be at least 1.
 ///     config: A `Config`; `None` for the preset `robust`.
 ///     preset: The name of a preset, instead of `config`.
-///     model: A network, which `network` needs and `robust` can use: a `Network`, or what `Network` takes. It takes
-///         precedence over that of `config`.
+///     model: The network: a `Network`, what `Network` takes, or `"none"`. By default that of `config`, or
+///         else `"patchnet"` with `robust` and `network`.
 ///     runtime: What runs the network, as for `Network`, if `model` is not a `Network`.
 ///     threads: Number of threads for this tracker, 1 to 1024. `None` means one per core, in a pool
 ///         that all such trackers of the process share. The number does not change the boxes.
@@ -133,8 +133,8 @@ impl Tracker {
     /// completely, and the method `robust` computes its responses to the estimate again.
     ///
     /// Returns:
-    ///     The estimate and a `RobustObservation`, with the method `paper` a `PaperObservation`, with
-    ///     `network` a `NetworkObservation`, with `robust` and a model a `CommitteeObservation`.
+    ///     The estimate and a `CommitteeObservation`, without a network a `RobustObservation`, with the
+    ///     method `paper` a `PaperObservation`, with `network` a `NetworkObservation`.
     ///
     /// Raises:
     ///     TypeError: As for `update`.
@@ -184,8 +184,8 @@ impl Tracker {
     ///
     /// Args:
     ///     snapshot: What `snapshot` returned.
-    ///     model: The network that the targets were tracked with, as for the constructor.
-    ///         A snapshot holds its hash.
+    ///     model: The network that the targets were tracked with, as for the constructor; not needed for
+    ///         `"patchnet"`. A snapshot holds its hash.
     ///     runtime: As for the constructor.
     ///     threads: As for the constructor.
     ///     channels: As for the constructor.
@@ -207,8 +207,8 @@ impl Tracker {
         channels: &str,
         frame: u64,
     ) -> PyResult<Self> {
-        let model = model.map(|model| model.network(class.py(), runtime)).transpose()?;
-        restore(snapshot, threads, channels, frame, model)
+        let model = network::given(class.py(), model, runtime)?;
+        restore(class.py(), snapshot, threads, channels, frame, model)
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, PickleState<'py>)> {
@@ -231,11 +231,12 @@ impl Tracker {
 #[pyfunction]
 #[pyo3(name = "_restore", signature = (snapshot, threads, channels, frame, model = None))]
 pub fn restore(
+    py: Python<'_>,
     snapshot: &[u8],
     threads: Option<usize>,
     channels: &str,
     frame: u64,
     model: Option<Py<Network>>,
 ) -> PyResult<Tracker> {
-    Ok(Tracker { driver: Driver::restored(snapshot, model, threads, channels, frame)? })
+    Ok(Tracker { driver: Driver::restored(py, snapshot, model, threads, channels, frame)? })
 }

@@ -43,7 +43,7 @@ def test_exit_codes_are_those_of_the_binary(tmp_path):
 def test_standard_output_is_complete_in_a_pipe():
     """The output is complete: Rust's buffer is flushed before Python exits."""
     text = run("config").stdout
-    assert text.endswith("\n") and "score_lost = 0.4" in text
+    assert text.endswith("\n") and "score_lost = 0.5" in text
 
 
 def test_file_names_need_not_be_unicode(tmp_path):

@@ -85,7 +85,7 @@ def test_settings_are_compared_copied_and_pickled():
         assert copied != config
     assert config.robust == config.robust
     assert config.robust != Config().robust
-    assert repr(config) == "<Config 'robust', seed=4, robust.trial=3, robust.patches.templates=8>"
+    assert repr(config) == "<Config 'robust', seed=4, robust.trial=3, robust.patches.templates=8, model='PatchNet'>"
 
 
 def test_all_settings_as_a_dictionary():

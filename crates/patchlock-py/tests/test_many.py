@@ -162,11 +162,11 @@ def test_many_targets_are_observed_by_id(scene, film):
         estimates, seen = tracker.update_observed(frame)
         assert estimates == plain.update(frame)
         assert list(seen) == [1, 2]
-        assert all(isinstance(one, patchlock.RobustObservation) for one in seen.values())
+        assert all(isinstance(one, patchlock.CommitteeObservation) for one in seen.values())
 
 
 def test_robust_shows_its_responses(scene, film):
-    tracker, plain = (patchlock.Tracker(film[0], scene.truth(0)) for _ in range(2))
+    tracker, plain = (patchlock.Tracker(film[0], scene.truth(0), model="none") for _ in range(2))
     for k, frame in enumerate(film[1:], 1):
         estimate, seen = tracker.update_observed(frame)
         assert numbers(estimate) == numbers(plain.update(frame))

@@ -97,7 +97,8 @@ def test_settings_hold_the_network(folder, network):
     assert config.network.tracked_score > config.network.lost_score > 0
     assert list(config.to_dict()["network"]) == ["tracked_score", "lost_score"]
     assert Config("network", model=network).model is network
-    assert Config("network").model is None and Config().model is None
+    assert Config("network").model is Config().model and Config().model == Network("patchnet")
+    assert Config("paper").model is None and Config(model="none").model is None
     assert config != Config("network") and config == Config("network", model=NANOTRACK)
     # Also where every setting differs from the preset.
     config.seed, config.network.tracked_score, config.network.lost_score = 1, 0.7, 0.2
@@ -122,7 +123,8 @@ def test_a_settings_file_names_a_network_beside_it(folder, network):
     ("make", "error", "says"),
     [
         (lambda folder: Config("paper", model=folder), ValueError, "no effect with the method paper"),
-        (lambda folder: Config("network", runtime="x.so"), ValueError, "there is no model="),
+        (lambda folder: Config("paper", runtime="x.so"), ValueError, "runs a network, but there is none"),
+        (lambda folder: Config(model="none", runtime="x.so"), ValueError, "runs a network, but there is none"),
         (lambda folder: Config("network", model=Network(folder), runtime="x.so"), ValueError, "has its runtime"),
         (lambda folder: setattr(Config("network"), "model", folder), AttributeError, "can't be changed"),
         (lambda folder: Config("network").network.patches, AttributeError, "no setting 'patches'"),
@@ -161,9 +163,9 @@ def test_every_way_to_name_the_network_gives_the_same_boxes(film, files):
 
 def test_a_tracker_needs_a_network(film, folder):
     for make in (
-        lambda: Tracker(film[0], BOX, preset="network"),
-        lambda: MultiTracker(preset="network"),
-        lambda: patchlock.track(film, BOX, preset="network"),
+        lambda: Tracker(film[0], BOX, preset="network", model="none"),
+        lambda: MultiTracker(preset="network", model="none"),
+        lambda: patchlock.track(film, BOX, preset="network", model="none"),
     ):
         with pytest.raises(ValueError, match=r"needs a network.*give its files with model="):
             make()
@@ -187,7 +189,7 @@ def test_an_estimate_has_no_visibility_and_can_be_drawn(film, network):
 
 def test_what_each_member_of_a_committee_said_can_be_observed(film, network):
     tracker, plain = (Tracker(film[0], BOX, model=network) for _ in range(2))
-    alone = Tracker(film[0], BOX)
+    alone = Tracker(film[0], BOX, model="none")
     for frame in film[1:]:
         estimate, seen = tracker.update_observed(frame)
         assert estimate == plain.update(frame)
@@ -242,7 +244,22 @@ def test_a_snapshot_needs_its_network(film, network):
     again = MultiTracker.restore(many.snapshot(), model=network)
     assert again.update(film[1]) == many.update(film[1])
     with pytest.raises(ValueError, match="was tracked without a network"):
-        Tracker.restore(Tracker(film[0], BOX).snapshot(), model=network)
+        Tracker.restore(Tracker(film[0], BOX, model="none").snapshot(), model=network)
+
+
+@pytest.mark.parametrize(("model", "name"), [(None, "PatchNet"), ("patchnet", "PatchNet"), ("none", None)])
+def test_our_own_network_is_the_default(film, model, name):
+    for preset in ("robust", "network") if name else ("robust",):
+        tracker = Tracker(film[0], BOX, preset=preset, model=model)
+        many = MultiTracker(Config(preset, model=model))
+        many.add(film[0], BOX)
+        restored, again = Tracker.restore(tracker.snapshot()), MultiTracker.restore(many.snapshot())
+        expected = tracker.update(film[1])
+        assert restored.update(film[1]).box == expected.box
+        for estimates in (many.update(film[1]), again.update(film[1])):
+            assert [estimate.box for estimate in estimates.values()] == [expected.box]
+        for one in (tracker, many, restored, again, pickle.loads(pickle.dumps(many))):
+            assert (one.config.model and one.config.model.name) == name
 
 
 @pytest.mark.parametrize("again", [lambda t: pickle.loads(pickle.dumps(t)), copy.deepcopy, copy.copy])

@@ -89,7 +89,7 @@ def test_one_target_with_its_observations(scene, film, tmp_path):
 
 def test_the_responses_of_robust(scene, film, tmp_path):
     recording = Recording(tmp_path / "a.rrd")
-    tracker = patchlock.Tracker(film[0], scene.truth(0))
+    tracker = patchlock.Tracker(film[0], scene.truth(0), model="none")
     seen = None
     for frame in film[1:4]:
         estimate, seen = tracker.update_observed(frame)

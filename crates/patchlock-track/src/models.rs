@@ -10,8 +10,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::READ_ADVICE;
 
-/// The name of our own network, in place of the path of a folder.
+/// The name of our own network, in place of the path of a folder. It is the default.
 pub const PATCHNET: &str = "patchnet";
+
+/// The word for no network, in place of a path.
+pub const NO_NETWORK: &str = "none";
 
 /// The largest file that is read; the library's own limit is the same.
 const MAX_BYTES: u64 = 64 << 20;
@@ -175,10 +178,16 @@ pub fn load(path: &Path, runtime: Option<&Path>) -> Result<Network, ModelError> 
     })
 }
 
+/// Whether a text is a word for a network, not a path.
+pub fn is_word(path: &Path) -> bool {
+    [PATCHNET, NO_NETWORK].iter().any(|word| path == Path::new(word))
+}
+
 /// Where the files of a network are.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct ModelPaths {
-    /// A folder with the ONNX files of one network, or the only file, or [`PATCHNET`].
+    /// A folder with the ONNX files of one network, or the only file, or [`PATCHNET`], or
+    /// [`NO_NETWORK`]. Without one, it is [`PATCHNET`] for the methods that use a network.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub model: Option<PathBuf>,
     /// The library of onnxruntime that runs it; without one, the built-in runtime does.
@@ -187,21 +196,31 @@ pub struct ModelPaths {
 }
 
 impl ModelPaths {
-    /// The network for a method: `network` needs one, `robust` can use one, `paper` has none.
+    /// The network for a method: `network` needs one, `robust` uses one if it has it, `paper` has
+    /// none.
     ///
     /// # Errors
     /// As [`load`]; [`ModelError::Missing`], [`ModelError::Unused`] and
     /// [`ModelError::UnusedRuntime`].
     pub fn network(&self, method: &Method) -> Result<Option<Network>, ModelError> {
         let name = method.name();
-        match (method, &self.model, &self.runtime) {
-            (Method::Network(_) | Method::Robust(_), Some(model), runtime) => {
-                load(model, runtime.as_deref()).map(Some)
+        match (method, self.given_or_default(method), &self.runtime) {
+            (Method::Paper(_), Some(model), _) => {
+                Err(ModelError::Unused { path: model.to_path_buf(), method: name })
             }
+            (_, Some(model), runtime) => load(model, runtime.as_deref()).map(Some),
             (Method::Network(_), None, _) => Err(ModelError::Missing { method: name }),
-            (_, Some(model), _) => Err(ModelError::Unused { path: model.clone(), method: name }),
             (_, None, Some(library)) => Err(ModelError::UnusedRuntime { path: library.clone() }),
             (_, None, None) => Ok(None),
+        }
+    }
+
+    /// The network for a method; `None` for none.
+    fn given_or_default(&self, method: &Method) -> Option<&Path> {
+        match (&self.model, method) {
+            (Some(model), _) => Some(model.as_path()).filter(|path| *path != Path::new(NO_NETWORK)),
+            (None, Method::Paper(_)) => None,
+            (None, _) => Some(Path::new(PATCHNET)),
         }
     }
 
@@ -212,7 +231,7 @@ impl ModelPaths {
     pub fn absolute(&self) -> Result<Self, ModelError> {
         let absolute = |path: &Option<PathBuf>| {
             let path = path.as_deref().map(|path| {
-                if path == Path::new(PATCHNET) {
+                if is_word(path) {
                     return Ok(path.to_path_buf());
                 }
                 let unreadable =
@@ -254,12 +273,32 @@ impl fmt::Display for UsedNetwork {
 
 #[cfg(test)]
 mod tests {
+    use patchlock::{Preset, TrackerConfig};
+
     use super::*;
 
     #[test]
+    fn our_own_network_is_the_default_of_the_methods_that_use_one() {
+        let none = ModelPaths { model: Some(NO_NETWORK.into()), runtime: None };
+        let ours = Some(Network::patchnet());
+        for (preset, by_default) in
+            [(Preset::Robust, &ours), (Preset::Network, &ours), (Preset::Paper, &None)]
+        {
+            let method = TrackerConfig::from(preset).method;
+            assert_eq!(ModelPaths::default().network(&method).unwrap(), *by_default, "{preset:?}");
+            match none.network(&method) {
+                Ok(network) => assert_eq!(network, None),
+                Err(error) => assert!(matches!(error, ModelError::Missing { method: "network" })),
+            }
+        }
+    }
+
+    #[test]
     fn our_own_network_is_known_by_its_name_alone() {
-        let named = ModelPaths { model: Some(PATCHNET.into()), runtime: None };
-        assert_eq!(named.absolute().unwrap(), named);
+        for word in [PATCHNET, NO_NETWORK] {
+            let named = ModelPaths { model: Some(word.into()), runtime: None };
+            assert_eq!(named.absolute().unwrap(), named);
+        }
         let network = load(Path::new(PATCHNET), None).unwrap();
         assert_eq!((network.name(), network), ("PatchNet", Network::patchnet()));
         let files = contents(Path::new(PATCHNET)).unwrap();

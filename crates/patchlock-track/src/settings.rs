@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use patchlock::{Error, Kind, Method, PARAMETERS, Parameter, Preset, TrackerConfig, Value};
 
 use crate::files;
-use crate::models::{ModelError, ModelPaths, PATCHNET};
+use crate::models::{self, ModelError, ModelPaths};
 use crate::names::near_matches;
 
 /// Invalid settings.
@@ -146,7 +146,7 @@ pub struct Overrides<'a> {
     pub set: &'a [String],
     /// The seed of the random numbers; it takes precedence over one in `set`.
     pub seed: Option<u64>,
-    /// The network; it takes precedence over that of a settings file.
+    /// The network, as in [`ModelPaths::model`]; it takes precedence over that of a settings file.
     pub model: Option<&'a Path>,
     /// The library of onnxruntime that runs the network, instead of the built-in runtime; it takes
     /// precedence over that of a settings file.
@@ -247,7 +247,9 @@ fn with_file(
 ) -> Result<(TrackerConfig, ModelPaths), SettingsError> {
     let mut settings = read(file)?;
     let mut path = |name: &'static str| match settings.remove(name) {
-        Some(toml::Value::String(path)) if path == PATCHNET => Ok(Some(path.into())),
+        Some(toml::Value::String(path)) if models::is_word(Path::new(&path)) => {
+            Ok(Some(path.into()))
+        }
         Some(toml::Value::String(path)) => Ok(Some(file.with_file_name("").join(path))),
         Some(other) => {
             let value = other.to_string();
@@ -402,10 +404,13 @@ mod tests {
             Err(SettingsError::Model(error)) => error,
             other => panic!("{other:?}"),
         };
-        let missing = error("network", Overrides::default());
+        let none = Overrides { model: Some(Path::new("none")), ..Overrides::default() };
+        let missing = error("network", none);
+        assert_eq!(resolve("robust", None, none).unwrap().network, None);
+        assert_eq!(resolved("robust", "model = \"none\"", &[]).unwrap().network, None);
         assert!(matches!(missing, ModelError::Missing { method: "network" }), "{missing}");
         assert!(matches!(error("paper", given), ModelError::Unused { .. }));
-        let library = Overrides { runtime: Some(path), ..Overrides::default() };
+        let library = Overrides { runtime: Some(path), ..none };
         assert!(matches!(error("robust", library), ModelError::UnusedRuntime { .. }));
     }
 

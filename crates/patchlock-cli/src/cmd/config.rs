@@ -2,8 +2,8 @@
 
 use anyhow::Result;
 use clap::Args;
-use patchlock::{Method, PARAMETERS, Parameter, TrackerConfig};
-use patchlock_track::settings;
+use patchlock::{PARAMETERS, Parameter, TrackerConfig};
+use patchlock_track::settings::{self, Overrides};
 
 use super::PRESETS_SHOWN;
 use crate::failure::Failure;
@@ -20,11 +20,11 @@ EXAMPLES:
   patchlock config --preset network > net.toml
       the file can also name the network, so that --model is not needed";
 
-/// The files of a network, which the user has to name.
+/// The network, which is not among the settings of the library.
 const NETWORK: &str = "
-# The network: a folder with its ONNX files, or its only file. A relative path is relative to this
-# file. --model takes precedence.
-# model = \"DIR\"
+# The network: patchnet, none, a folder with ONNX files, or the only file. A relative path is
+# relative to this file. --model takes precedence.
+# model = \"patchnet\"
 
 # The library of onnxruntime that runs the network. Without it, the built-in runtime does.
 # runtime = \"libonnxruntime.so\"
@@ -47,7 +47,8 @@ pub struct ConfigArgs {
 
 /// Prints the configuration.
 pub fn run(args: &ConfigArgs) -> Result<()> {
-    let config = settings::preset(&args.preset).map_err(Failure::from)?;
+    let config = settings::resolve(&args.preset, None, Overrides::default());
+    let config = config.map_err(Failure::from)?;
     let text = commented(&config, &args.preset, args.research)?;
     Ok(print(&text)?)
 }
@@ -57,7 +58,7 @@ pub fn run(args: &ConfigArgs) -> Result<()> {
 fn commented(config: &TrackerConfig, preset: &str, research: bool) -> Result<String> {
     let mut text = format!("# Patchlock {}: the preset \"{preset}\".\n", env!("CARGO_PKG_VERSION"));
     text += "# Change values in this file and use it with: patchlock track ... --config FILE\n";
-    if matches!(config.method, Method::Network(_)) {
+    if config.network.is_some() {
         text += NETWORK;
     }
     let (mut group, mut source) = ("", "");
@@ -108,9 +109,10 @@ mod tests {
         for (preset, research) in
             Preset::ALL.into_iter().flat_map(|preset| [(preset, false), (preset, true)])
         {
-            let config = TrackerConfig::from(preset);
+            let config = settings::resolve(preset.name(), None, Overrides::default()).unwrap();
             let text = commented(&config, preset.name(), research).expect("prints");
-            let back: TrackerConfig = toml::from_str(&text).expect("reads");
+            let mut back: TrackerConfig = toml::from_str(&text).expect("reads");
+            back.network.clone_from(&config.network);
             assert_eq!(back, config);
             let settings = text.lines().filter(|line| !line.starts_with(['#', '[']));
             let settings = settings.filter(|line| !line.is_empty()).count();

@@ -39,7 +39,7 @@ const THREADS_SHOWN: &str = "1..=1024";
 /// The help of `--preset`.
 const PRESETS_SHOWN: &str = "\
 Settings to start from. robust: the most accurate; reports a loss and searches for the target. \
-paper: the tracker of the paper, for comparison. network: a tracking network that you bring; it needs --model";
+paper: the tracker of the paper, for comparison. network: the network of --model alone";
 
 /// Parses on or off.
 fn on_or_off() -> impl TypedValueParser<Value = bool> {

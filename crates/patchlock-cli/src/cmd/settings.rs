@@ -36,15 +36,16 @@ pub struct SettingsArgs {
     pub set: Vec<String>,
 }
 
-/// A network of the user.
+/// The network.
 #[derive(Debug, Args)]
 pub struct ModelArgs {
-    /// A tracking network: a folder with ONNX files, the only file, or patchnet
+    /// The network of robust and network: patchnet (the default), none, or your ONNX files
     ///
-    /// patchnet is part of Patchlock; ./patchnet is a folder of that name.
-    /// The files are those of one model. robust uses it beside its own models, and is right more
-    /// often; network needs one. patchlock model --help says where to get one.
-    #[arg(long, value_name = "DIR|FILE")]
+    /// patchnet is part of Patchlock. Otherwise the files of one model: their folder, or the only file;
+    /// patchlock model --help says where to get one. ./patchnet is a folder of that name. robust uses
+    /// the network beside its own models, and is right more often; with none it is as fast on one
+    /// core as with a network on two.
+    #[arg(long, value_name = "NAME|DIR|FILE")]
     pub model: Option<PathBuf>,
 
     /// Run the network with this library of onnxruntime, such as libonnxruntime.so

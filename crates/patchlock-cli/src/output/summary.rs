@@ -216,14 +216,14 @@ impl fmt::Display for Summary {
             ..
         } = self;
         write!(f, "tracked {frames} frames at {tracking_fps:.1} frames per second")?;
-        if let Some(network) = &settings.network {
-            write!(f, " with {network}")?;
-        }
         if frames_uncertain + frames_lost > 0 {
             write!(f, "; uncertain in {frames_uncertain}, lost in {frames_lost}")?;
         }
         lines(f, losses)?;
         lines(f, low_scores)?;
+        if let Some(network) = &settings.network {
+            write!(f, "\nnetwork: {network}")?;
+        }
         if let Some(fps) = wall_fps {
             write!(f, "\n{fps:.1} frames per second with reading and writing")?;
         }
@@ -336,7 +336,10 @@ mod tests {
         };
         let summary = Summary::new(&Measurements::default(), None, settings, 1);
         let text = summary.to_string();
-        assert!(text.ends_with(" frames per second with VitTrack, runtime built-in"), "{text}");
+        assert!(
+            text.ends_with(" frames per second\nnetwork: VitTrack, runtime built-in"),
+            "{text}"
+        );
         let json = serde_json::to_value(summary).expect("JSON");
         let names = ["method", "model", "model_sha256", "runtime"].map(|name| json[name].clone());
         assert_eq!(names, ["network", "VitTrack", "0f", "built-in"].map(serde_json::Value::from));

@@ -29,7 +29,7 @@ fn known_as(method: &Method, network: Option<UsedNetwork>) -> (String, &'static 
         Method::Paper(_) => {
             ("sparse appearance", "Visual object tracker by structural local sparse appearance")
         }
-        Method::Network(_) => ("network", "Visual object tracker with a network of the user"),
+        Method::Network(_) => ("network", "Visual object tracker with a network"),
     };
     match (method, network) {
         (Method::Network(_), Some(network)) => (network.to_string(), description),

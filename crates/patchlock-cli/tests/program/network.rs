@@ -1,4 +1,4 @@
-//! A network of the user in every command that tracks. The networks are made up: they find nothing,
+//! A network in every command that tracks. Those of the user are made up: they find nothing,
 //! but have the inputs, outputs and operators of the real ones.
 
 use std::fs;
@@ -112,12 +112,13 @@ fn wrong_options_have_advice() {
     let refused = |arguments: &[&str], said: [&str; 2]| {
         track(&bench, arguments).code(2).stderr(contains(said[0]).and(contains(said[1])));
     };
-    let network = ["--preset", "network"];
-    refused(&network, ["the method network needs a network", "--model; patchlock model --help"]);
+    let none = ["--preset", "network", "--model", "none"];
+    refused(&none, ["the method network needs a network", "leave out --model none"]);
     let unused = "hint: the presets robust and network use one";
     let paper = ["--preset", "paper", "--model", "nano"];
     refused(&paper, ["network nano has no effect with the method paper", unused]);
-    refused(&["--runtime", "x.so"], ["runtime x.so has no effect without a network", unused]);
+    let none = ["--model", "none", "--runtime", "x.so"];
+    refused(&none, ["runtime x.so has no effect without a network", unused]);
     let head = format!("nano/{HEAD}");
     refused(
         &["--preset", "network", "--model", &head],
@@ -132,6 +133,28 @@ fn wrong_options_have_advice() {
     refused(&["--config", "n.toml"], ["n.toml: the setting `model` is 3", "it takes a word"]);
     file("model = \"nano\"\n[paper]\n");
     refused(&["--config", "n.toml"], ["network nano has no effect", unused]);
+}
+
+#[test]
+fn our_own_network_is_the_default() {
+    let bench = bench();
+    let boxes = |arguments: &[&str]| {
+        let outputs = ["--overwrite", "--save", "a.csv", "--summary", "s.json"];
+        track(&bench, &[arguments, &outputs].concat()).success();
+        (summary(&bench)["model"].as_str().map(str::to_owned), positions(&bench, "a.csv"))
+    };
+    for preset in ["robust", "network"] {
+        let by_default = boxes(&["--preset", preset]);
+        assert_eq!(by_default.0.as_deref(), Some("PatchNet"));
+        assert_eq!(boxes(&["--preset", preset, "--model", "patchnet"]), by_default);
+        fs::write(bench.path("n.toml"), "model = \"none\"\n").unwrap();
+        if preset == "robust" {
+            let none = boxes(&["--model", "none"]);
+            assert_eq!((none.0.as_ref(), none.1 == by_default.1), (None, false));
+            assert_eq!(boxes(&["--config", "n.toml"]), none);
+        }
+    }
+    assert_eq!(boxes(&["--preset", "paper", "--set", "particles=12"]).0, None);
 }
 
 #[test]
@@ -177,8 +200,11 @@ fn a_settings_file_names_the_network_beside_it() {
     let bench = bench();
     fs::create_dir(bench.path("settings")).unwrap();
     let printed = stdout(&run(&bench, &["config", "--preset", "network"]).success());
-    assert!(printed.contains("# model = \"DIR\"") && printed.contains("[network]"), "{printed}");
-    let text = printed.replace("# model = \"DIR\"", "model = \"../nano\"");
+    assert!(
+        printed.contains("# model = \"patchnet\"") && printed.contains("[network]"),
+        "{printed}"
+    );
+    let text = printed.replace("# model = \"patchnet\"", "model = \"../nano\"");
     fs::write(bench.path("settings/n.toml"), text).unwrap();
     let outputs = ["--summary", "s.json", "--overwrite", "--save", "a.csv"];
     let configured = ["--config", "settings/n.toml"];
@@ -272,7 +298,7 @@ fn a_job_finds_its_network_again() {
     };
     assert!(at(Some("other.onnx")).contains("the runs need the network VitTrack"));
     assert!(at(Some("none.onnx")).contains("cannot read"));
-    assert!(at(None).contains("needs a network"));
+    assert!(at(None).contains("given: PatchNet"));
 }
 
 #[test]

@@ -92,7 +92,8 @@ fn bench_gets_the_same_boxes_with_and_without_trax() {
 
 #[test]
 fn the_greeting_names_the_family_of_the_method() {
-    for (preset, family) in [("robust", "correlation filters"), ("paper", "sparse appearance")] {
+    let robust = "correlation filters, PatchNet, runtime built-in";
+    for (preset, family) in [("robust", robust), ("paper", "sparse appearance")] {
         let mut server = crate::support::patchlock();
         let output = server.args(["trax", "--preset", preset]).write_stdin("").output().unwrap();
         let hello = Message::parse(&String::from_utf8(output.stdout).unwrap()).unwrap().unwrap();

@@ -77,8 +77,8 @@ class Config:
         preset: The preset to start from; `PRESETS` lists the names.
         file: A TOML file with settings that differ from the preset, as `patchlock config` writes it.
         settings: Settings to change, by name, such as `search=7`.
-        model: A network, which `network` needs and `robust` can use: a `Network`, or what `Network` takes. It takes precedence
-            over that of the file.
+        model: The network: a `Network`, what `Network` takes, or `"none"`. By default that of the file, or
+            else `"patchnet"` with `robust` and `network`.
         runtime: What runs the network, as for `Network`, if `model` is not a `Network`.
 
     Raises:
@@ -105,7 +105,7 @@ class Config:
     ) -> Self: ...
     @property
     def model(self) -> Network | None:
-        """The network; `None` if none was given."""
+        """The network; `None` if there is none."""
 
     robust: RobustConfig
     """The settings of the method `robust`; only with its presets."""
@@ -184,7 +184,8 @@ class RobustConfig:
     score_tracked: float
     """The target counts as tracked from this score on. Allowed: 0 to 1."""
     visible_tracked: float
-    """The target counts as tracked only if at least this share of it is visible. Allowed: 0 to 1.
+    """The target counts as tracked only if at least this share of it is visible and, with a
+    network, both agree. Allowed: 0 to 1.
     """
     score_lost: float
     """The target counts as lost below this score, also before it is given up. The score is at most
@@ -194,12 +195,6 @@ class RobustConfig:
     """Share of the difference between the box of the first frame and what the network sees there,
     on a logarithmic scale, that is taken out of all its later boxes. Allowed: 0 to 1.
     """
-    network_visible: float
-    """With a network, the target counts as tracked if at least this share of it is visible and both
-    agree. Allowed: 0 to 1.
-    """
-    network_score_lost: float
-    """The target counts as lost below this score if there is a network. Allowed: 0 to 1."""
     patches: PatchModelConfig
     """The settings of the patch model."""
 
@@ -456,8 +451,8 @@ class Tracker:
             and partly outside the frame. Width and height must be at least 1.
         config: A `Config`; `None` for the preset `robust`.
         preset: The name of a preset, instead of `config`.
-        model: A network, which `network` needs and `robust` can use: a `Network`, or what `Network` takes. It takes
-            precedence over that of `config`.
+        model: The network: a `Network`, what `Network` takes, or `"none"`. By default that of `config`, or
+            else `"patchnet"` with `robust` and `network`.
         runtime: What runs the network, as for `Network`, if `model` is not a `Network`.
         threads: Number of threads for this tracker, 1 to 1024. `None` means one per core, in a pool
             that all such trackers of the process share. The number does not change the boxes.
@@ -521,8 +516,8 @@ class Tracker:
         completely, and the method `robust` computes its responses to the estimate again.
 
         Returns:
-            The estimate and a `RobustObservation`, with the method `paper` a `PaperObservation`, with
-            `network` a `NetworkObservation`, with `robust` and a model a `CommitteeObservation`.
+            The estimate and a `CommitteeObservation`, without a network a `RobustObservation`, with the
+            method `paper` a `PaperObservation`, with `network` a `NetworkObservation`.
 
         Raises:
             TypeError: As for `update`.
@@ -562,8 +557,8 @@ class Tracker:
 
         Args:
             snapshot: What `snapshot` returned.
-            model: The network that the targets were tracked with, as for the constructor.
-                A snapshot holds its hash.
+            model: The network that the targets were tracked with, as for the constructor; not needed for
+                `"patchnet"`. A snapshot holds its hash.
             runtime: As for the constructor.
             threads: As for the constructor.
             channels: As for the constructor.
@@ -590,8 +585,8 @@ class MultiTracker:
     Args:
         config: A `Config`; `None` for the preset `robust`.
         preset: The name of a preset, instead of `config`.
-        model: A network, which `network` needs and `robust` can use: a `Network`, or what `Network` takes. It takes
-            precedence over that of `config`.
+        model: The network: a `Network`, what `Network` takes, or `"none"`. By default that of `config`, or
+            else `"patchnet"` with `robust` and `network`.
         runtime: What runs the network, as for `Network`, if `model` is not a `Network`.
         threads: Number of threads for this tracker, 1 to 1024. `None` means one per core, in a pool
             that all such trackers of the process share. The number does not change the boxes.
@@ -670,9 +665,9 @@ class MultiTracker:
         as `Tracker.update_observed` does it.
 
         Returns:
-            The estimates, and for each id a `RobustObservation`, with the method `paper` a
-            `PaperObservation`, with `network` a `NetworkObservation`, with `robust` and a model a
-            `CommitteeObservation`.
+            The estimates, and for each id a `CommitteeObservation`, without a network a
+            `RobustObservation`, with the method `paper` a `PaperObservation`, with `network` a
+            `NetworkObservation`.
 
         Raises:
             TypeError: As for `update`.
@@ -718,8 +713,8 @@ class MultiTracker:
 
         Args:
             snapshot: What `snapshot` returned.
-            model: The network that the targets were tracked with, as for the constructor.
-                A snapshot holds its hash.
+            model: The network that the targets were tracked with, as for the constructor; not needed for
+                `"patchnet"`. A snapshot holds its hash.
             runtime: As for the constructor.
             threads: As for the constructor.
             channels: As for the constructor.

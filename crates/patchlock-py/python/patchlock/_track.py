@@ -125,7 +125,7 @@ def track(
         config: A `Config`; `None` for the preset `robust`.
         preset: The name of a preset, instead of `config`.
         model: The network: alone with the preset `network`, beside the default tracker with `robust`. A
-            `Network`, or what `Network` takes. It takes precedence over that of `config`.
+            `Network`, what `Network` takes, or `"none"`. By default that of `config`, or else `"patchnet"`.
         runtime: What runs the network, as for `Network`, if `model` is not a `Network`.
         start: Number of the first frame of the range.
         end: Number of the first frame after the range; `None` for the end of the source.

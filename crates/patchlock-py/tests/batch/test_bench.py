@@ -92,6 +92,6 @@ def test_invalid_arguments_are_refused(tmp_path: Path, dataset: Path) -> None:
     with pytest.raises(ValueError, match="can't be combined with command"):
         bench(dataset, tmp_path, command="python3 t.py", name="x", model=VITTRACK, progress=False)
     with pytest.raises(ValueError, match="needs a network"):
-        bench(dataset, tmp_path, preset="network", progress=False)
+        bench(dataset, tmp_path, preset="network", model="none", progress=False)
     with pytest.raises(OSError, match="nowhere"):
         bench(tmp_path / "nowhere", tmp_path, progress=False)

@@ -394,7 +394,7 @@ def test_a_network_is_loaded_from_its_path(tmp_path: Path, clips: list[Clip], fi
     with pytest.raises(ValueError, match="model must be one folder or file"):
         run(clips[:1], tmp_path / "out", preset="network", model=NANOTRACK, progress=False)
     with pytest.raises(ValueError, match="needs a network"):
-        run(clips[:1], tmp_path / "out", preset="network", progress=False)
+        run(clips[:1], tmp_path / "out", preset="network", model="none", progress=False)
 
 
 def test_the_command_takes_a_network(tmp_path: Path, clips: list[Clip]) -> None:

@@ -90,8 +90,8 @@ pub struct TrackerConfig {
     /// The method that follows the target, with its settings.
     #[serde(flatten)]
     pub method: Method,
-    /// A network of the user: the method `network` needs one, `robust` can use one beside its own
-    /// models, and `paper` has none.
+    /// A network: the method `network` needs one, `robust` is right more often with one, and `paper`
+    /// has none. Default: none; `Network::patchnet()` is our own.
     #[serde(skip)]
     pub network: Option<Network>,
 }
@@ -106,7 +106,7 @@ pub enum Method {
     Robust(RobustConfig),
     /// The paper's tracker: particles, weighed by structural local sparse appearance.
     Paper(PaperConfig),
-    /// A network of the user, [`TrackerConfig::network`], in the loop that was published with it.
+    /// A network, [`TrackerConfig::network`], in the loop that was published with it.
     Network(NetworkConfig),
 }
 

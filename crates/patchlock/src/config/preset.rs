@@ -14,7 +14,7 @@ pub enum Preset {
     Robust,
     /// The tracker of the paper.
     Paper,
-    /// A network of the user; see [`TrackerConfig::network`](crate::TrackerConfig::network).
+    /// A network alone; see [`TrackerConfig::network`](crate::TrackerConfig::network).
     Network,
 }
 

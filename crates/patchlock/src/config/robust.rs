@@ -178,11 +178,12 @@ group! {
         shown_epsilon: f64 = 0.2, number(0.0, 4.0);
         /// The target counts as tracked from this score on.
         score_tracked: f64 = 0.7, number(0.0, 1.0);
-        /// The target counts as tracked only if at least this share of it is visible.
-        visible_tracked: f64 = 0.5, number(0.0, 1.0);
+        /// The target counts as tracked only if at least this share of it is visible and, with a
+        /// network, both agree.
+        visible_tracked: f64 = 0.25, number(0.0, 1.0);
         /// The target counts as lost below this score, also before it is given up. The score is at
         /// most this once it is given up.
-        score_lost: f64 = 0.4, number(0.0, 1.0);
+        score_lost: f64 = 0.5, number(0.0, 1.0);
     }
     "own measurement; only with a network" {
         /// Share of the difference between the box of the first frame and what the network sees
@@ -190,17 +191,12 @@ group! {
         network_fit: f64 = 0.6, number(0.0, 1.0);
         /// Default tracker and network agree while their boxes overlap by more than this.
         agree_overlap: f64 = 0.4, number(0.0, 1.0);
-        /// With a network, the target counts as tracked if at least this share of it is visible and both
-        /// agree.
-        network_visible: f64 = 0.25, number(0.0, 1.0);
-        /// The target counts as lost below this score if there is a network.
-        network_score_lost: f64 = 0.55, number(0.0, 1.0);
     }
 }
 
 /// The settings that a user has a reason to change. The other ones are for research: they change
 /// without notice.
-pub(super) const STABLE: [&str; 24] = [
+pub(super) const STABLE: [&str; 22] = [
     // How far it looks, how fine, and how fast it learns.
     "search",
     "patch",
@@ -227,8 +223,6 @@ pub(super) const STABLE: [&str; 24] = [
     "visible_tracked",
     "score_lost",
     "network_fit",
-    "network_visible",
-    "network_score_lost",
 ];
 
 impl RobustConfig {

@@ -1,4 +1,4 @@
-//! Networks of the user: small trackers in ONNX files, which the method `network` follows with.
+//! Networks: small trackers in ONNX files.
 //!
 //! A file is checked before anything of it runs (`graph`, `cost`), run by the built-in runtime or
 //! by onnxruntime (`program`), and understood by its family (`nanotrack`, `vittrack`). All of that

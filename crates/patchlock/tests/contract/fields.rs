@@ -110,8 +110,6 @@ fn base_of(method: &Method, row: &Parameter) -> TrackerConfig {
         "score_lost" => &[("seen_certainty", 9.0), ("gone_below", 9.0)],
         // Around the last place alone.
         "search_windows" => &[("search_windows", 1.0)],
-        // Some patches of a target that members are sure of are explained badly.
-        "network_visible" => &[("score_tracked", 0.0), ("shown_epsilon", 0.001)],
         // Templates are replaced on every frame.
         "guided_epsilon" => {
             &[("epsilon", 0.12), ("update_interval", 1.0), ("small_update_interval", 1.0)]
@@ -247,8 +245,6 @@ fn other_numbers() -> Vec<(&'static str, Value)> {
         ("visible_tracked", Value::from(1.0)),
         ("network_fit", Value::from(0.1)),
         ("agree_overlap", Value::from(0.9)),
-        ("network_visible", Value::from(1.0)),
-        ("network_score_lost", Value::from(1.0)),
     ]
 }
 

@@ -75,8 +75,8 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument(
         "--model",
-        metavar="DIR|FILE",
-        help="a network, alone with the preset network: patchnet, a folder with its ONNX files, or its only file",
+        metavar="NAME|DIR|FILE",
+        help="the network: patchnet (the default), none, a folder with its ONNX files, or its only file",
     )
     parser.add_argument(
         "--runtime",

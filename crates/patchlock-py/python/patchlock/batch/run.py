@@ -61,8 +61,8 @@ def run(
         threads: Threads of each run. 1 gives the most frames per second over all clips.
         config: A `patchlock.Config`; `None` for the preset `robust`.
         preset: The name of a preset, instead of `config`.
-        model: The network, as for `patchlock.track`: `"patchnet"`, or one folder or file, from which runs
-            load it, under the same path on all machines.
+        model: The network, as for `patchlock.track`. Runs load one from a folder or file under the same path
+            on all machines.
         runtime: What runs the network, as for `patchlock.Network`.
         name: Name of the results; by default that of the preset, followed by a hash of the settings if they
             differ from it. The results of clips with their own settings go to separate folders, whose names
@@ -136,8 +136,8 @@ def bench(
             (12 shifted or scaled first boxes).
         preset: The preset to start from.
         file: A TOML file with settings that differ from the preset.
-        model: The network, as for `patchlock.track`: `"patchnet"`, a folder with its ONNX files, or its only
-            file. It takes precedence over that of `file`.
+        model: The network, as for `patchlock.track`: `"patchnet"` (the default), `"none"`, a folder with its
+            ONNX files, or its only file. It takes precedence over that of `file`.
         runtime: What runs the network, as for `patchlock.Network`.
         name: Name of the results; by default that of the settings file, or of the preset.
         command: Runs another tracker, a program that implements the TraX protocol. Requires a `name`.

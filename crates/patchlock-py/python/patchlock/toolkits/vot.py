@@ -42,8 +42,8 @@ def command(
         preset: The preset to start from.
         config: A TOML file with settings that differ from the preset; `patchlock config` writes one. Paths
             are made absolute, because the toolkit starts trackers in other working directories.
-        model: The network, as for `patchlock.track`: `"patchnet"`, a folder with its ONNX files, or its only
-            file.
+        model: The network, as for `patchlock.track`: `"patchnet"` (the default), `"none"`, a folder with its
+            ONNX files, or its only file.
         runtime: `"onnxruntime"` for the library of the installed package, or the path of a library of
             onnxruntime; `None` for the built-in runtime.
         seed: Seed of the random numbers; `None` for the seed in the settings.
@@ -58,8 +58,8 @@ def command(
     if runtime == "onnxruntime":
         runtime = library()
     for option, given in (("config", config), ("model", model), ("runtime", runtime)):
-        if option == "model" and given == "patchnet":
-            words += ["--model", "patchnet"]
+        if option == "model" and given in ("patchnet", "none"):
+            words += ["--model", str(given)]
         elif given is not None:
             path = Path(given).resolve()
             if not path.exists():
@@ -105,7 +105,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--label", default="Patchlock", help="name in reports")
     parser.add_argument("--preset", default="robust", help=f"{', '.join(PRESETS)} (default: robust)")
     parser.add_argument("--config", help="TOML file with settings that differ; see patchlock config")
-    parser.add_argument("--model", help="a network, alone with the preset network: patchnet, a folder or a file")
+    parser.add_argument("--model", help="the network: patchnet (the default), none, a folder or a file")
     parser.add_argument("--runtime", help="onnxruntime, or a library of it, instead of the built-in runtime")
     parser.add_argument("--seed", type=int, help="seed of the random numbers")
     parser.add_argument("--threads", type=int, help="number of threads")
