@@ -265,7 +265,7 @@ test.describe('a target that is tracked', () => {
         expect(cvat.bytes.toString()).toContain('<track id=');
         const coco = await save(/COCO/);
         expect(JSON.parse(coco.bytes.toString()).annotations.length).toBeGreaterThan(100);
-        const yolo = await save(/YOLO/);
+        const yolo = await save(/^YOLO a folder/);
         expect(yolo.bytes.subarray(0, 2).toString()).toBe('PK');
         const video = await save(/Annotated video/);
         expect(video.bytes.subarray(4, 8).toString()).toBe('ftyp');

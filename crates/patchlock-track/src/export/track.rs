@@ -9,6 +9,7 @@ use serde::{Deserialize, Deserializer};
 
 use crate::attributes::Attribute;
 use crate::files::{self, ends_with};
+use crate::outline::Outline;
 use crate::{Error, text};
 
 /// One target in one frame.
@@ -98,6 +99,8 @@ pub struct Track {
     ms: BTreeMap<usize, f64>,
     metadata: BTreeMap<u64, TargetMetadata>,
     declared: BTreeMap<String, Vec<Attribute>>,
+    /// Outlines that a person has drawn, by frame and target.
+    outlines: BTreeMap<(usize, u64), Outline>,
 }
 
 /// A row of a table, read by column names. Other columns are ignored. Position cells may be empty,
@@ -217,6 +220,7 @@ impl Track {
                 ms: BTreeMap::new(),
                 metadata: BTreeMap::new(),
                 declared: BTreeMap::new(),
+                outlines: BTreeMap::new(),
             }),
         }
     }
@@ -304,6 +308,23 @@ impl Track {
         self.declared.get(label).map_or(&[], Vec::as_slice)
     }
 
+    /// The same track with outlines that a person has drawn, by frame and target. The boxes of their
+    /// entries are the upright ones around them.
+    #[must_use]
+    pub fn with_outlines(self, outlines: BTreeMap<(usize, u64), Outline>) -> Self {
+        Self { outlines, ..self }
+    }
+
+    /// The outline of an entry that a person has drawn.
+    pub(super) fn outline(&self, entry: &Entry) -> Option<&Outline> {
+        self.outlines.get(&(entry.frame, entry.id))
+    }
+
+    /// Whether any box has an outline, drawn or tracked.
+    pub(super) fn has_outlines(&self) -> bool {
+        !self.outlines.is_empty() || self.entries.iter().any(|entry| entry.corners.is_some())
+    }
+
     /// What is known of a target besides its boxes.
     pub fn metadata(&self, id: u64) -> Option<&TargetMetadata> {
         self.metadata.get(&id)
@@ -324,6 +345,7 @@ impl Track {
             ms: self.ms.clone(),
             metadata: self.metadata.clone(),
             declared: self.declared.clone(),
+            outlines: self.outlines.clone(),
         }
     }
 

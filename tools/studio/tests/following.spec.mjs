@@ -1,0 +1,63 @@
+// The picture runs along with the tracking, until the person works on a frame.
+
+import { FRAMES, expect, test } from './page.mjs';
+import { readTruth } from './program.mjs';
+
+const truth = readTruth();
+const other = { x: 300, y: 40, w: 60, h: 50 };
+
+/** Holds the next change of the project back; answers what lets it go on. */
+async function holdChange(page) {
+    let begin;
+    const asked = new Promise((resolve) => {
+        begin = resolve;
+    });
+    await page.route(
+        '**/edits',
+        async (route) => {
+            await asked;
+            await route.continue();
+        },
+        { times: 1 },
+    );
+    return begin;
+}
+
+test('the picture runs along with the tracking of a new target', async ({ work }) => {
+    await work.draw(truth[0]);
+    await work.tracked();
+    await work.atFrame(FRAMES - 1);
+});
+
+test('a box that is being drawn when tracking begins stays in its frame', async ({ work, page, folder }) => {
+    const { mouse, keyboard } = page;
+    const begin = await holdChange(page);
+    await work.draw(truth[0]);
+    const from = await work.place(other.x, other.y);
+    const to = await work.place(other.x + other.w, other.y + other.h);
+    await keyboard.down('Shift');
+    await mouse.move(from.x, from.y);
+    await mouse.down();
+    await mouse.move(to.x, to.y);
+    begin();
+    // The first target is tracked to the end meanwhile.
+    await work.tracked();
+    await work.atFrame(0);
+    await mouse.up();
+    await keyboard.up('Shift');
+    await expect(work.targets()).toHaveCount(2);
+    await work.tracked();
+    const { targets } = folder.project();
+    expect(targets.map(({ keys }) => Object.keys(keys))).toEqual([['0'], ['0']]);
+    expect(targets[1].keys[0].box.x).toBeCloseTo(other.x, 0);
+    expect(Object.keys(targets[0].tracked)).toHaveLength(FRAMES - 1);
+});
+
+test('the frame to which a person has moved stays when tracking begins', async ({ work, page }) => {
+    const begin = await holdChange(page);
+    await work.draw(truth[0]);
+    await work.goTo(30);
+    begin();
+    await work.tracked();
+    await work.atFrame(30);
+});
