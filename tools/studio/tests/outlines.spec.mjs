@@ -134,6 +134,7 @@ test('a polygon is drawn and a box is turned; both are kept, exported and read a
     await expect.poll(() => distance(outline(1), turnedBox(DEGREES + 1))).toBeLessThan(1);
     await work.press('Control+z');
     await expect.poll(() => distance(outline(1), turnedBox(DEGREES))).toBeLessThan(1);
+    await work.rest();
 
     // Copied and pasted, undone and redone.
     await work.press('Control+c');

@@ -298,6 +298,32 @@ test('labels, their colours and attributes', async ({ work, folder }) => {
     await expect.poll(() => folder.project().targets[0].attributes).toEqual({ motif: 'a boat' });
 });
 
+test('a label is changed for all targets that had the same', async ({ work, page, folder }) => {
+    const labels = () => folder.project().targets.map(({ label }) => label);
+    const line = (x) => `3 ${x} 0.5 0.1 0.1\n`;
+    await work.addLabel('boat');
+    await work.closeDialog();
+    await work.press('Shift+I');
+    const buffer = Buffer.from(line(0.2) + line(0.5) + line(0.8));
+    const file = { name: 'frame_000000.txt', mimeType: 'text/plain', buffer };
+    await page.getByLabel('File to import').setInputFiles([file]);
+    await page.getByRole('button', { name: /^YOLO/ }).click();
+    await page.getByRole('button', { name: 'Import', exact: true }).click();
+    await expect(work.targets()).toHaveCount(3);
+    await work.choose(0);
+    await work.press('2');
+    const notices = page.locator('#notices');
+    await expect(notices).toContainText('Still class 3: 2 other targets.');
+    expect(labels()).toEqual(['boat', 'class 3', 'class 3']);
+    await notices.getByRole('button', { name: 'Make all boat' }).click();
+    await expect.poll(labels).toEqual(['boat', 'boat', 'boat']);
+    // It is one step.
+    await work.rest();
+    await page.locator('#stage').focus();
+    await work.press('Control+z');
+    await expect.poll(labels).toEqual(['boat', 'class 3', 'class 3']);
+});
+
 test('attributes of a label are declared, and change from frame to frame', async ({ work, folder }) => {
     const { page } = work;
     await work.afterDrawing('none');
