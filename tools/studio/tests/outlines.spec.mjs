@@ -176,7 +176,7 @@ test('a polygon is drawn and a box is turned; both are kept, exported and read a
     const buffer = Buffer.from(text);
     await page.getByLabel('File to import').setInputFiles({ name: 'a.xml', mimeType: 'text/xml', buffer });
     await page.getByRole('button', { name: /CVAT/ }).click();
-    await page.getByRole('button', { name: 'Import', exact: true }).click();
+    await page.getByRole('dialog').getByRole('button', { name: 'Import', exact: true }).click();
     await expect(work.targets()).toHaveCount(4);
     await expect.poll(() => distance(outline(2), outline(0))).toBeLessThan(0.05);
     expect(distance(outline(3), outline(1))).toBeLessThan(0.05);

@@ -308,7 +308,7 @@ test('a label is changed for all targets that had the same', async ({ work, page
     const file = { name: 'frame_000000.txt', mimeType: 'text/plain', buffer };
     await page.getByLabel('File to import').setInputFiles([file]);
     await page.getByRole('button', { name: /^YOLO/ }).click();
-    await page.getByRole('button', { name: 'Import', exact: true }).click();
+    await page.getByRole('dialog').getByRole('button', { name: 'Import', exact: true }).click();
     await expect(work.targets()).toHaveCount(3);
     await work.choose(0);
     await work.press('2');
