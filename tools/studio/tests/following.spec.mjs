@@ -1,4 +1,4 @@
-// The picture runs along with the tracking, until the person works on a frame.
+// The picture follows the tracking only until the person works on a frame.
 
 import { FRAMES, expect, test } from './page.mjs';
 import { readTruth } from './program.mjs';
@@ -6,32 +6,32 @@ import { readTruth } from './program.mjs';
 const truth = readTruth();
 const other = { x: 300, y: 40, w: 60, h: 50 };
 
-/** Holds the next change of the project back; answers what lets it go on. */
-async function holdChange(page) {
+/** Holds the next request of a kind back; answers what lets it go on. */
+async function holdBack(page, kind) {
     let begin;
     const asked = new Promise((resolve) => {
         begin = resolve;
     });
-    await page.route(
-        '**/edits',
-        async (route) => {
-            await asked;
-            await route.continue();
-        },
-        { times: 1 },
-    );
+    const route = async (route) => {
+        await asked;
+        await route.continue();
+    };
+    await page.route(`**/${kind}`, route, { times: 1 });
     return begin;
 }
 
-test('the picture runs along with the tracking of a new target', async ({ work }) => {
+test('the picture follows tracking that was asked for with a key', async ({ work }) => {
+    await work.afterDrawing('none');
     await work.draw(truth[0]);
+    await expect(work.targets()).toHaveCount(1);
+    await work.press('t');
     await work.tracked();
     await work.atFrame(FRAMES - 1);
 });
 
 test('a box that is being drawn when tracking begins stays in its frame', async ({ work, page, folder }) => {
     const { mouse, keyboard } = page;
-    const begin = await holdChange(page);
+    const begin = await holdBack(page, 'edits');
     await work.draw(truth[0]);
     const from = await work.place(other.x, other.y);
     const to = await work.place(other.x + other.w, other.y + other.h);
@@ -54,8 +54,11 @@ test('a box that is being drawn when tracking begins stays in its frame', async 
 });
 
 test('the frame to which a person has moved stays when tracking begins', async ({ work, page }) => {
-    const begin = await holdChange(page);
+    await work.afterDrawing('none');
     await work.draw(truth[0]);
+    await expect(work.targets()).toHaveCount(1);
+    const begin = await holdBack(page, 'track');
+    await work.press('t');
     await work.goTo(30);
     begin();
     await work.tracked();
