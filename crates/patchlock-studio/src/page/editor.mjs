@@ -254,9 +254,12 @@ export class Editor extends EventTarget {
         this.show(frame);
     }
 
-    /** Stays at the frame on the screen, which a person is about to work on. */
-    hold() {
-        const isLate = this.frame !== this.shownFrame && !this.frames?.failure;
+    /**
+     * Stays at the frame on the screen, which a person is about to work on.
+     * @param {boolean} [late] whether a frame that is on its way is given up, as the pointer is on another one
+     */
+    hold(late = false) {
+        const isLate = late && this.frame !== this.shownFrame && !this.frames?.failure;
         if (this.playing || this.following || isLate) this.goTo(this.shownFrame);
     }
 
