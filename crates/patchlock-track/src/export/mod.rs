@@ -16,6 +16,7 @@ mod key_frames;
 mod kitti;
 mod label_studio;
 mod lasot;
+mod metadata;
 mod mot;
 mod output;
 mod rotated;
@@ -39,8 +40,9 @@ use frames::Frames;
 pub use all::{Clip, Part, SplitError, split, write_all, write_texts};
 pub use format::{Format, ImageUse, Purpose};
 pub use key_frames::KeyFrames;
+pub use metadata::TargetMetadata;
 pub use selection::{Counts, Selection};
-pub use track::{Entry, ManualFlags, TargetMetadata, Track};
+pub use track::{Entry, ManualFlags, Track};
 
 impl Format {
     /// All formats.

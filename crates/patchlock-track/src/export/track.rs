@@ -7,6 +7,7 @@ use std::path::Path;
 use patchlock::{BoundingBox, Status};
 use serde::{Deserialize, Deserializer};
 
+use super::TargetMetadata;
 use crate::attributes::Attribute;
 use crate::files::{self, ends_with};
 use crate::outline::Outline;
@@ -62,29 +63,6 @@ const OCCLUDED: f64 = 0.5;
 
 /// Frames per second of a source that has no times, as in videos of its track.
 const DEFAULT_RATE: f64 = 30.0;
-
-/// What is known of a target besides its boxes.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct TargetMetadata {
-    /// Its class, such as `car`.
-    pub label: String,
-    /// Values of attributes that are the same in all frames, by name.
-    pub attributes: BTreeMap<String, String>,
-    /// Values of the others, by name and by the frame from which they hold until the next one.
-    pub changes: BTreeMap<String, BTreeMap<usize, String>>,
-}
-
-impl TargetMetadata {
-    /// The values of all attributes in a frame, by name.
-    pub fn at(&self, frame: usize) -> BTreeMap<&str, &str> {
-        let fixed = self.attributes.iter().map(|(name, value)| (name.as_str(), value.as_str()));
-        let changing = self.changes.iter().filter_map(|(name, values)| {
-            let (_, value) = values.range(..=frame).next_back()?;
-            Some((name.as_str(), value.as_str()))
-        });
-        fixed.chain(changing).collect()
-    }
-}
 
 /// Entries ordered by frame, then by target.
 #[derive(Debug, Clone, PartialEq)]
