@@ -178,10 +178,8 @@ export class Stage {
      */
     #begin(at, event) {
         const { editor } = this;
-        editor.hold(true);
-        // A drag belongs to the picture that is seen; keys, to the frame that is on its way.
-        const isLate = editor.frame !== editor.shownFrame && !editor.frames?.failure;
-        if (isLate && !editor.drawing) editor.goTo(editor.shownFrame);
+        // A drag belongs to the picture that is seen; what a key began, to the frame that is on its way.
+        editor.hold(!editor.drawing);
         const from = this.zoom.toFrame(at.x, at.y);
         if (editor.polygon) return { kind: 'point', from };
         const reach = event.pointerType === 'touch' ? 22 : REACH;
