@@ -148,7 +148,7 @@ impl<'a> AnnotationRun<'a> {
 
     fn key(&self, frame: usize) -> Key {
         let bbox = self.sequence.truth[frame].expect("a frame with truth");
-        Key { bbox, occluded: false, truncated: false }
+        Key::new(bbox)
     }
 
     /// Mean and smallest overlap, and where that is. Key frames are exact.

@@ -114,8 +114,10 @@ impl Output {
                     let (label, bbox) = (label.clone(), key.bbox);
                     let (occluded, truncated) = (false, false);
                     edits.push(match k {
-                        0 => Edit::AddTarget { label, frame, bbox },
-                        _ => Edit::SetKey { target, frame, bbox, occluded, truncated },
+                        0 => Edit::AddTarget { label, frame, bbox, outline: None },
+                        _ => {
+                            Edit::SetKey { target, frame, bbox, outline: None, occluded, truncated }
+                        }
                     });
                 }
             }
@@ -140,7 +142,7 @@ impl Sink for Output {
                 .any(|&(at, other)| other == id && at.map_or(!self.begun, |at| at == frame.frame));
             let boxes = self.boxes.entry(id).or_default();
             if is_start {
-                let key = project::Key { bbox: target.bbox, occluded: false, truncated: false };
+                let key = project::Key::new(target.bbox);
                 boxes.keys.insert(frame.frame, key);
             } else {
                 boxes.tracked.insert(frame.frame, FrameEstimate::from(&target.estimate).into());

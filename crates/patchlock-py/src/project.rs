@@ -193,7 +193,7 @@ impl Project {
         let is_known = self.store.project().labels.iter().any(|known| known.name == label);
         let new = Edit::AddLabel { name: label.clone(), colour: None, at: None };
         let mut edits = if is_known { Vec::new() } else { vec![new] };
-        edits.push(Edit::AddTarget { label, frame, bbox });
+        edits.push(Edit::AddTarget { label, frame, bbox, outline: None });
         self.apply(edits)?;
         Ok(id)
     }
@@ -212,7 +212,7 @@ impl Project {
         truncated: bool,
     ) -> PyResult<()> {
         let bbox = to_box(r#box)?;
-        self.apply(vec![Edit::SetKey { target, frame, bbox, occluded, truncated }])
+        self.apply(vec![Edit::SetKey { target, frame, bbox, outline: None, occluded, truncated }])
     }
 
     /// Adds what a tracker found, by `Estimate.frame`, in place of the tracked boxes so far.

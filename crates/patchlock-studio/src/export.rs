@@ -15,7 +15,7 @@ use patchlock_track::export::{
 };
 
 use crate::project::{
-    Changes, Error, Label, PLACEHOLDER, Project, SharedLabels, Store, Target, file,
+    Changes, Error, Label, Outline, PLACEHOLDER, Project, SharedLabels, Store, Target, file,
 };
 
 pub(crate) use table::ATTRIBUTE;
@@ -50,10 +50,10 @@ impl Format {
         }
     }
 
-    /// All formats. Projects have no rotated boxes.
+    /// All formats. Projects have only the outlines that a person has drawn.
     pub fn all() -> impl Iterator<Item = Self> {
-        let upright = |format: &export::Format| !format.is_rotated;
-        let others = export::Format::ALL.into_iter().filter(upright);
+        let is_of_project = |format: &export::Format| !format.is_of_tracker;
+        let others = export::Format::ALL.into_iter().filter(is_of_project);
         [Self::Csv].into_iter().chain(others.map(Self::Other))
     }
 
@@ -457,9 +457,21 @@ pub fn track(project: &Project) -> Result<Track, Error> {
     let metadata: BTreeMap<u64, TargetMetadata> = metadata.collect();
     let declared = project.labels.iter();
     let declared = declared.map(|label| (label.name.clone(), label.attributes.clone())).collect();
+    let outlines = project.targets.iter().flat_map(outlines).collect();
     let (width, height) = (project.video.width, project.video.height);
     let track = Track::new(entries.collect())?.in_clip(project.video.frames);
-    Ok(track.with_targets(metadata).with_declared(declared).sized(width, height))
+    let track = track.with_targets(metadata).with_declared(declared).with_outlines(outlines);
+    Ok(track.sized(width, height))
+}
+
+/// The outlines of a target, drawn and carried along, by frame and target.
+fn outlines(target: &Target) -> Vec<((usize, u64), Outline)> {
+    if !target.has_outlines() {
+        return Vec::new();
+    }
+    let frames = target.keys.keys().chain(target.tracked.keys());
+    let outline = |&frame| Some(((frame, target.id), target.outline_at(frame)?));
+    frames.filter_map(outline).collect()
 }
 
 /// The label and the attributes of a target: those that its label declares, with their defaults, and
@@ -482,9 +494,10 @@ fn metadata(project: &Project, target: &Target) -> TargetMetadata {
 }
 
 /// What is known of a target in a frame.
-struct Row {
+struct Row<'a> {
     frame: usize,
     bbox: Option<BoundingBox>,
+    outline: Option<&'a Outline>,
     score: Option<f64>,
     status: Option<Status>,
     visible: Option<f64>,
@@ -493,10 +506,11 @@ struct Row {
 }
 
 /// All frames of a target of which something is known, in order.
-fn rows(target: &Target) -> Vec<Row> {
+fn rows(target: &Target) -> Vec<Row<'_>> {
     let empty = |frame| Row {
         frame,
         bbox: None,
+        outline: None,
         score: None,
         status: None,
         visible: None,
@@ -506,7 +520,8 @@ fn rows(target: &Target) -> Vec<Row> {
     let keys = target.keys.iter().map(|(&frame, key)| {
         let manual =
             ManualFlags { hidden: false, occluded: key.occluded, truncated: key.truncated };
-        Row { bbox: Some(key.bbox), manual: Some(manual), ..empty(frame) }
+        let outline = key.outline.as_ref();
+        Row { bbox: Some(key.bbox), outline, manual: Some(manual), ..empty(frame) }
     });
     let tracked = target.tracked.iter().map(|(&frame, tracked)| Row {
         bbox: Some(tracked.bbox),
@@ -520,7 +535,7 @@ fn rows(target: &Target) -> Vec<Row> {
         let manual = ManualFlags { hidden: true, ..ManualFlags::default() };
         Row { manual: Some(manual), ..empty(frame) }
     });
-    let mut rows: Vec<Row> = keys.chain(tracked).chain(hidden).collect();
+    let mut rows: Vec<Row<'_>> = keys.chain(tracked).chain(hidden).collect();
     rows.sort_by_key(|row| row.frame);
     rows
 }

@@ -91,7 +91,7 @@ impl Clip {
     fn confirm(&mut self, target: &mut Target, frame: usize) {
         let bbox = self.truth(frame);
         target.tracked.remove(&frame);
-        target.keys.insert(frame, Key { bbox, occluded: false, truncated: false });
+        target.keys.insert(frame, Key::new(bbox));
         let before = review::doubtful(target);
         if let Some(first) = target.keys.range(..frame).next_back().map(|(&first, _)| first) {
             self.between(target, [first, frame], &before);

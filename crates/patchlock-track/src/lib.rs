@@ -3,7 +3,7 @@
 //! A [`session`] is a tracker with its threads and a clock; [`many_targets`] tracks targets by the
 //! caller's ids. [`settings`] resolves presets and settings files, [`models`] loads networks,
 //! [`start_box`] checks first boxes, [`text`] reads tables of boxes, [`attributes`] are what labels
-//! declare, and [`export`] writes tracks for other tools.
+//! declare, [`outline`] what is drawn beside boxes, and [`export`] writes tracks for other tools.
 //!
 //! Boxes are [`patchlock::BoundingBox`], in pixels counted from 0.
 
@@ -14,6 +14,7 @@ pub mod files;
 pub mod many_targets;
 pub mod models;
 pub mod names;
+pub mod outline;
 pub mod session;
 pub mod settings;
 pub mod start_box;

@@ -69,6 +69,50 @@ test('Esc says which targets were waiting, and they can be tracked', async ({ pa
     await studio.kill();
 });
 
+test('the picture stays where boxes are drawn, and follows the tracking when asked to', async ({
+    page,
+    folder,
+}) => {
+    // A slow tracker, so that the first target is tracked while the second one is drawn.
+    const studio = await Studio.start(folder.videos, ['--preset', 'paper']);
+    const work = new StudioPage(page);
+    await work.open(studio.address);
+    const tracked = () => Object.keys(folder.project().targets[0]?.tracked ?? {}).length;
+    const frame = async () => Number(await page.locator('#frame').inputValue());
+    await work.draw(truth[0]);
+    await expect.poll(tracked).toBeGreaterThan(3);
+    await work.drawAnother(other);
+    await expect(work.targets()).toHaveCount(2);
+    expect(Object.keys(folder.project().targets[1].keys)).toEqual(['0']);
+
+    const follow = page.getByRole('button', { name: 'Follow' });
+    await expect(follow).toHaveAttribute('aria-pressed', 'false');
+    await follow.click();
+    await expect(follow).toHaveAttribute('aria-pressed', 'true');
+    await expect.poll(frame).toBeGreaterThan(3);
+    // From the pointer down, the frame stays, and the box is that of the frame on the screen.
+    const { x, y } = await work.place(400, 250);
+    await page.keyboard.down('Shift');
+    await page.mouse.move(x, y);
+    await page.mouse.down();
+    await expect(follow).toHaveAttribute('aria-pressed', 'false');
+    const held = await frame();
+    const before = tracked();
+    await expect.poll(tracked).toBeGreaterThan(before);
+    await page.mouse.move(x + 50, y + 50, { steps: 2 });
+    await page.mouse.up();
+    await page.keyboard.up('Shift');
+    await expect(work.targets()).toHaveCount(3);
+    expect(Object.keys(folder.project().targets[2].keys)).toEqual([String(held)]);
+    expect(await frame()).toBe(held);
+    await follow.click();
+    await expect(follow).toHaveAttribute('aria-pressed', 'true');
+    await work.press('w');
+    await expect(follow).toHaveAttribute('aria-pressed', 'false');
+    expect(work.thrown).toEqual([]);
+    await studio.kill();
+});
+
 test('nothing is said too early', async ({ work, page }) => {
     const empty = page.locator('#doubts-empty');
     const said = [];

@@ -1,7 +1,8 @@
 // Parts of the page that need no browser.
 
 import { expect, test } from '@playwright/test';
-import { inkOn, resized } from '../../../crates/patchlock-studio/src/page/drawing.mjs';
+import { inkOn } from '../../../crates/patchlock-studio/src/page/drawing.mjs';
+import { resized } from '../../../crates/patchlock-studio/src/page/outline.mjs';
 import { Track, tidy } from '../../../crates/patchlock-studio/src/page/tracks.mjs';
 import { Zoom } from '../../../crates/patchlock-studio/src/page/zoom.mjs';
 

@@ -265,7 +265,7 @@ test.describe('a target that is tracked', () => {
         expect(cvat.bytes.toString()).toContain('<track id=');
         const coco = await save(/COCO/);
         expect(JSON.parse(coco.bytes.toString()).annotations.length).toBeGreaterThan(100);
-        const yolo = await save(/YOLO/);
+        const yolo = await save(/^YOLO a folder/);
         expect(yolo.bytes.subarray(0, 2).toString()).toBe('PK');
         const video = await save(/Annotated video/);
         expect(video.bytes.subarray(4, 8).toString()).toBe('ftyp');
@@ -296,6 +296,32 @@ test('labels, their colours and attributes', async ({ work, folder }) => {
     await page.getByLabel('Value').fill('a boat');
     await page.getByRole('button', { name: 'Save' }).click();
     await expect.poll(() => folder.project().targets[0].attributes).toEqual({ motif: 'a boat' });
+});
+
+test('a label is changed for all targets that had the same', async ({ work, page, folder }) => {
+    const labels = () => folder.project().targets.map(({ label }) => label);
+    const line = (x) => `3 ${x} 0.5 0.1 0.1\n`;
+    await work.addLabel('boat');
+    await work.closeDialog();
+    await work.press('Shift+I');
+    const buffer = Buffer.from(line(0.2) + line(0.5) + line(0.8));
+    const file = { name: 'frame_000000.txt', mimeType: 'text/plain', buffer };
+    await page.getByLabel('File to import').setInputFiles([file]);
+    await page.getByRole('button', { name: /^YOLO/ }).click();
+    await page.getByRole('dialog').getByRole('button', { name: 'Import', exact: true }).click();
+    await expect(work.targets()).toHaveCount(3);
+    await work.choose(0);
+    await work.press('2');
+    const notices = page.locator('#notices');
+    await expect(notices).toContainText('Still class 3: 2 other targets.');
+    expect(labels()).toEqual(['boat', 'class 3', 'class 3']);
+    await notices.getByRole('button', { name: 'Make all boat' }).click();
+    await expect.poll(labels).toEqual(['boat', 'boat', 'boat']);
+    // It is one step.
+    await work.rest();
+    await page.locator('#stage').focus();
+    await work.press('Control+z');
+    await expect.poll(labels).toEqual(['boat', 'class 3', 'class 3']);
 });
 
 test('attributes of a label are declared, and change from frame to frame', async ({ work, folder }) => {

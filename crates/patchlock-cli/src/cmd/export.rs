@@ -120,7 +120,7 @@ pub struct ExportArgs {
     #[arg(long, requires = "all")]
     no_frames: bool,
 
-    /// The format; csv is for projects only, cvat-obb and yolo-obb are not
+    /// The format; csv is for projects only, cvat-obb is not for them
     #[arg(long, value_name = "NAME", value_parser = formats())]
     format: String,
 

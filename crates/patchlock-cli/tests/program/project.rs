@@ -56,8 +56,15 @@ fn targets_of_a_project_are_tracked_from_their_keys() {
     bench.images("f", 8);
     let mut store = Store::create(&bench.path("f.patchlock.json"), &bench.path("f")).unwrap();
     let bbox = BoundingBox { x: 20.0, y: 18.0, w: 32.0, h: 28.0 };
-    let key = |frame| Edit::SetKey { target: 1, frame, bbox, occluded: false, truncated: false };
-    let begin = Edit::AddTarget { label: "target".into(), frame: 1, bbox };
+    let key = |frame| Edit::SetKey {
+        target: 1,
+        frame,
+        bbox,
+        outline: None,
+        occluded: false,
+        truncated: false,
+    };
+    let begin = Edit::AddTarget { label: "target".into(), frame: 1, bbox, outline: None };
     store.apply(vec![begin, Edit::Hide { target: 1, from: 3, to: 4 }, key(5)]).unwrap();
     store.save().unwrap();
     bench
@@ -155,7 +162,10 @@ fn a_project_is_exported() {
     export(&["--format", "mot", "--out", "b.txt", "--label", "car"])
         .code(2)
         .stderr(predicate::str::contains("--label is not for the project"));
-    export(&["--format", "yolo-obb", "--out", "b.txt"])
+    export(&["--format", "yolo-obb", "--out", "b"])
+        .code(2)
+        .stderr(predicate::str::contains("no box has an outline"));
+    export(&["--format", "cvat-obb", "--out", "b.xml"])
         .code(2)
         .stderr(predicate::str::contains("csv, mot"));
     export(&["--format", "csv", "--out", "a.csv"])

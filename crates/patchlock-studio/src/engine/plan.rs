@@ -279,8 +279,7 @@ mod tests {
     }
 
     fn target(keys: &[usize], hidden: &[[usize; 2]], tracked: &[usize]) -> Target {
-        let key =
-            |&frame: &usize| (frame, Key { bbox: at(frame).1, occluded: false, truncated: false });
+        let key = |&frame: &usize| (frame, Key::new(at(frame).1));
         let found = |&frame: &usize| {
             let (bbox, status) = (at(frame).1, patchlock::Status::Tracked);
             (frame, TrackedBox { bbox, score: 1.0, status, visible: None, agreement: None })

@@ -32,10 +32,11 @@ struct Line<'a> {
     agreement: Option<f64>,
     frame_w: usize,
     frame_h: usize,
+    outline: Option<String>,
 }
 
 /// The columns of a [`Line`].
-const COLUMNS: [&str; 17] = [
+const COLUMNS: [&str; 18] = [
     "frame",
     "id",
     "label",
@@ -53,6 +54,7 @@ const COLUMNS: [&str; 17] = [
     "agreement",
     "frame_w",
     "frame_h",
+    "outline",
 ];
 
 /// What the names of columns with attributes begin with.
@@ -101,6 +103,7 @@ pub fn table(project: &Project) -> Result<String, Error> {
                 agreement: row.agreement,
                 frame_w: project.video.width,
                 frame_h: project.video.height,
+                outline: row.outline.map(ToString::to_string),
             };
             out.serialize((line, values)).map_err(|error| refused(error.to_string()))?;
         }

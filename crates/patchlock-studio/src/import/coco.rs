@@ -9,7 +9,7 @@ use serde::Deserialize;
 use serde_json::Value;
 
 use super::images::Numbers;
-use super::{ImportBuilder, Outcome, Row};
+use super::{ImportBuilder, Outcome, Outline, Row};
 
 #[derive(Deserialize)]
 struct Document {
@@ -71,6 +71,7 @@ struct Annotation {
     image_id: ImageId,
     category_id: Option<u64>,
     bbox: Option<[f64; 4]>,
+    segmentation: Option<Value>,
     track_id: Option<Value>,
     instance_id: Option<Value>,
     score: Option<f64>,
@@ -183,6 +184,16 @@ fn frame_of(image: &Image, found: &ImportBuilder<'_>, numbers: Option<&Numbers>)
 }
 
 impl Annotation {
+    /// The outline, if the segmentation is one polygon that a project can have. Other targets are
+    /// known by their boxes.
+    fn outline(&self) -> Option<Outline> {
+        let [polygon] = &self.segmentation.as_ref()?.as_array()?[..] else { return None };
+        let numbers = polygon.as_array()?.iter().map(Value::as_f64).collect::<Option<Vec<_>>>()?;
+        let (points, rest) = numbers.as_chunks::<2>();
+        let outline = Outline(points.to_vec());
+        (rest.is_empty() && outline.check().is_ok()).then_some(outline)
+    }
+
     fn row(
         &self,
         bbox: BoundingBox,
@@ -203,6 +214,7 @@ impl Annotation {
             track: track.map(|value| value.to_string()),
             label: label.transpose()?,
             bbox: Some(bbox),
+            outline: self.outline(),
             key: self.attributes.keyframe,
             occluded: self.attributes.occluded,
             truncated: self.attributes.truncated,

@@ -1,10 +1,10 @@
-//! "CVAT for video 1.1": tracks with boxes; and "CVAT for images 1.1": images with boxes.
+//! "CVAT for video 1.1": tracks with boxes or polygons; and "CVAT for images 1.1": images with them.
 
 use patchlock::BoundingBox;
 use patchlock_track::attributes::RESERVED;
 
 use super::xml::{Element, Xml};
-use super::{ImportBuilder, Outcome, Row};
+use super::{ImportBuilder, Outcome, Outline, Row};
 use crate::project::{Attribute, Kind, check, limits};
 
 /// Reads all tracks.
@@ -129,7 +129,7 @@ fn add_track(xml: &mut Xml<'_>, track: &Element, found: &mut ImportBuilder<'_>) 
     let mut boxes = Vec::new();
     while let Some(element) = xml.child()? {
         match element.name.as_str() {
-            "box" => {
+            "box" | "polygon" => {
                 let frame = required(xml, &element, "frame")?;
                 let frame = frame.parse().map_err(|_| {
                     format!("line {}: the frame is {frame:?}", xml.line_of(&element))
@@ -171,7 +171,7 @@ fn add_track(xml: &mut Xml<'_>, track: &Element, found: &mut ImportBuilder<'_>) 
 fn add_image(xml: &mut Xml<'_>, image: &Element, found: &mut ImportBuilder<'_>) -> Outcome {
     let mut boxes = Vec::new();
     while let Some(element) = xml.child()? {
-        if element.name == "box" {
+        if matches!(element.name.as_str(), "box" | "polygon") {
             let label = attribute(&element, "label");
             let label =
                 label.map_err(|reason| format!("line {}: {reason}", xml.line_of(&element)))?;
@@ -224,23 +224,17 @@ impl CvatShape {
     }
 
     fn of(element: &Element, frame: usize, label: &str) -> Outcome<Self> {
-        let number = |name: &str| {
-            let text = attribute(element, name)?;
-            text.parse::<f64>().map_err(|_| format!("{name} is {text:?}, not a number"))
+        let (bbox, outline) = match element.name.as_str() {
+            "polygon" => polygon(attribute(element, "points")?)?,
+            _ => rotated_box(element)?,
         };
-        let (x, y) = (number("xtl")?, number("ytl")?);
-        let bbox = BoundingBox { x, y, w: number("xbr")? - x, h: number("ybr")? - y };
-        let rotation = element.attribute("rotation").map_or(Ok(0.0), |_| number("rotation"))?;
-        if !rotation.is_finite() {
-            return Err(format!("rotation is {rotation}; allowed: a number of degrees"));
-        }
-        let bbox = if rotation == 0.0 { bbox } else { around(bbox, rotation.to_radians()) };
         let is = |name: &str| element.attribute(name) == Some("1");
         let outside = is("outside");
         let row = Row {
             frame,
             label: Some(label.to_owned()),
             bbox: Some(bbox).filter(|_| !outside),
+            outline,
             hidden: outside,
             key: Some(element.attribute("keyframe") != Some("0")),
             occluded: is("occluded"),
@@ -250,13 +244,26 @@ impl CvatShape {
     }
 }
 
-/// The upright box around a box that is turned around its centre.
-fn around(bbox: BoundingBox, angle: f64) -> BoundingBox {
-    // Sides are edges of pixels here, not their centres.
-    let (x, y) = (bbox.x + bbox.w / 2.0, bbox.y + bbox.h / 2.0);
-    let (sin, cos) = (angle.sin().abs(), angle.cos().abs());
-    let (w, h) = (bbox.w * cos + bbox.h * sin, bbox.w * sin + bbox.h * cos);
-    BoundingBox { x: x - w / 2.0, y: y - h / 2.0, w, h }
+/// The upright box around a polygon, and the polygon.
+fn polygon(points: &str) -> Outcome<(BoundingBox, Option<Outline>)> {
+    let outline: Outline = points.parse()?;
+    Ok((outline.bounds(), Some(outline)))
+}
+
+/// A box, or the upright one around a box that is turned clockwise around its centre, and that one.
+fn rotated_box(element: &Element) -> Outcome<(BoundingBox, Option<Outline>)> {
+    let number = |name: &str| {
+        let text = attribute(element, name)?;
+        text.parse::<f64>().map_err(|_| format!("{name} is {text:?}, not a number"))
+    };
+    let (x, y) = (number("xtl")?, number("ytl")?);
+    let bbox = BoundingBox { x, y, w: number("xbr")? - x, h: number("ybr")? - y };
+    let rotation = element.attribute("rotation").map_or(Ok(0.0), |_| number("rotation"))?;
+    if !rotation.is_finite() {
+        return Err(format!("rotation is {rotation}; allowed: a number of degrees"));
+    }
+    let outline = (rotation != 0.0).then(|| Outline::of_box(bbox, rotation));
+    Ok((outline.as_ref().map_or(bbox, Outline::bounds), outline))
 }
 
 /// The attribute of a box of which a part is outside the frame.

@@ -1,5 +1,6 @@
 //! Label Studio: a JSON list of tasks. Of a video, key frames of targets, counted from 1; of images,
-//! rectangles. Positions are percent of the frame. Between two key frames the tool interpolates, and
+//! rectangles. Positions are percent of the frame; a rotated box is turned clockwise around its position,
+//! the first corner. Between two key frames the tool interpolates, and
 //! after one that is not enabled the target is not shown.
 
 use std::collections::BTreeMap;
@@ -9,7 +10,7 @@ use serde::Deserialize;
 use serde_json::Value;
 
 use super::images::Numbers;
-use super::{ImportBuilder, Outcome, Row};
+use super::{ImportBuilder, Outcome, Outline, Row};
 
 #[derive(Deserialize)]
 struct Task {
@@ -117,10 +118,22 @@ pub fn read(text: &str, found: &mut ImportBuilder<'_>) -> Outcome {
     Ok(())
 }
 
-/// A box of percents in pixels.
-fn in_pixels([x, y, w, h]: [f64; 4], found: &ImportBuilder<'_>) -> BoundingBox {
+/// A box of percents in pixels, or the upright one around a rotated box, and that one.
+fn in_pixels(
+    [x, y, w, h]: [f64; 4],
+    degrees: f64,
+    found: &ImportBuilder<'_>,
+) -> (BoundingBox, Option<Outline>) {
     let (width, height) = (found.video.width as f64 / 100.0, found.video.height as f64 / 100.0);
-    BoundingBox { x: x * width, y: y * height, w: w * width, h: h * height }
+    let bbox = BoundingBox { x: x * width, y: y * height, w: w * width, h: h * height };
+    if degrees == 0.0 {
+        return (bbox, None);
+    }
+    let around_centre = Outline::of_box(bbox, degrees);
+    let [u, v] = around_centre.0[0];
+    let moved = around_centre.0.iter().map(|[a, b]| [a + bbox.x - u, b + bbox.y - v]);
+    let outline = Outline(moved.collect());
+    (outline.bounds(), Some(outline))
 }
 
 fn add_rectangle(region: &Region, frame: usize, found: &mut ImportBuilder<'_>) -> Outcome {
@@ -128,13 +141,9 @@ fn add_rectangle(region: &Region, frame: usize, found: &mut ImportBuilder<'_>) -
     let (Some(x), Some(y), Some(w), Some(h)) = (value.x, value.y, value.width, value.height) else {
         return Err("it has no x, y, width and height".to_owned());
     };
-    if value.rotation != 0.0 {
-        found.leave_out("rotated box");
-        return Ok(());
-    }
-    let bbox = Some(in_pixels([x, y, w, h], found));
+    let (bbox, outline) = in_pixels([x, y, w, h], value.rotation, found);
     let label = value.rectanglelabels.first().cloned();
-    found.add(&Row { frame, label, bbox, ..Row::default() })
+    found.add(&Row { frame, label, bbox: Some(bbox), outline, ..Row::default() })
 }
 
 fn add_sequence(region: &Region, found: &mut ImportBuilder<'_>) -> Outcome {
@@ -145,13 +154,9 @@ fn add_sequence(region: &Region, found: &mut ImportBuilder<'_>) -> Outcome {
     let end = found.video.frames;
     for (k, key) in keys.iter().enumerate() {
         let frame = key.frame.checked_sub(1).ok_or("a frame is 0; frames count from 1")?;
-        if key.rotation != 0.0 {
-            found.leave_out("rotated box");
-            continue;
-        }
-        let bbox = Some(in_pixels([key.x, key.y, key.width, key.height], found));
-        let track = Some(id.to_owned());
-        found.add(&Row { frame, track, label: label.clone(), bbox, ..Row::default() })?;
+        let (bbox, outline) = in_pixels([key.x, key.y, key.width, key.height], key.rotation, found);
+        let (bbox, track) = (Some(bbox), Some(id.to_owned()));
+        found.add(&Row { frame, track, label: label.clone(), bbox, outline, ..Row::default() })?;
         let next = keys.get(k + 1).map_or(end, |next| next.frame - 1);
         if !key.enabled && next > frame + 1 {
             found.hide(Some(id), label.as_deref(), [frame + 1, next - 1]);

@@ -22,7 +22,7 @@ use self::images::Images;
 pub use self::images::names_of;
 use self::spans::Spans;
 use crate::project::{
-    Attribute, Edit, Error, Key, Label, Project, Target, TrackedBox, Video, check,
+    Attribute, Edit, Error, Key, Label, Outline, Project, Target, TrackedBox, Video, check,
 };
 
 /// A format that can be read.
@@ -30,30 +30,31 @@ use crate::project::{
 pub enum Format {
     /// A table of `patchlock track` or of a project, as CSV or as JSON lines: the columns `frame`,
     /// `x`, `y`, `w` and `h`, counted from 0, and, if there are, `id`, `label`, `score`, `status`,
-    /// `key`, `occluded`, `truncated`, `hidden`, `visible`, `agreement`, `frame_w` and `frame_h`; of
-    /// CSV also `attribute:NAME`, with the value of an attribute in the frame.
+    /// `key`, `occluded`, `truncated`, `hidden`, `visible`, `agreement`, `frame_w`, `frame_h` and
+    /// `outline`; of CSV also `attribute:NAME`, with the value of an attribute in the frame.
     Csv,
     /// MOTChallenge, results or ground truth: `frame,id,left,top,width,height,confidence,...`,
     /// counted from one. Confidence 0 means lost. Ground truth has a class, which becomes the label
     /// `class N`, and the visible share.
     Mot,
     /// "CVAT for video 1.1" or "CVAT for images 1.1": an XML file. From a box that is outside to the
-    /// next one that is not, the target is hidden. Of a rotated box, the upright one around it is
-    /// read. Attributes are read with their declarations. In a folder, the frame of an image is that
-    /// with its name; in a video, its `id`. Boxes of images are targets of their own.
+    /// next one that is not, the target is hidden. Rotated boxes and polygons are outlines. Attributes
+    /// are read with their declarations. In a folder, the frame of an image is that with its name; in a
+    /// video, its `id`. Boxes of images are targets of their own.
     Cvat,
     /// A JSON file in the format of COCO: a data set, or the list of a detector's results. In a
     /// folder, the frame of an image is that with its name, or its `frame_id`; in a video, its
     /// `frame_id`, or the number at the end of its name, counted from 0 or 1, or from the lowest
     /// one if the highest is beyond the video. Annotations of one target have the same `track_id`,
-    /// `instance_id` or attribute `track_id`; others are targets of their own. In results, the id of
-    /// an image is its name, and the label of category 3 is `class 3`.
+    /// `instance_id` or attribute `track_id`; others are targets of their own. A segmentation of one
+    /// polygon is the outline. In results, the id of an image is its name, and the label of category 3
+    /// is `class 3`.
     Coco,
     /// A JSON file of Label Studio: the key frames of a video, or rectangles of images.
     LabelStudio,
     /// YOLO: text files with the names of the images, and one with the names of the classes
-    /// (`data.yaml`, `classes.txt` or `obj.names`). Boxes are targets of their own. Images are found
-    /// as with [`Format::Coco`].
+    /// (`data.yaml`, `classes.txt` or `obj.names`). Boxes, rotated boxes and polygons are targets of
+    /// their own. Images are found as with [`Format::Coco`].
     Yolo,
     /// Pascal VOC: XML files, of which each names its image. Boxes are targets of their own. Images
     /// are found as with [`Format::Coco`].
@@ -223,6 +224,8 @@ struct Row {
     label: Option<String>,
     /// `None` if it says nothing, or that it is hidden.
     bbox: Option<BoundingBox>,
+    /// The outline, of which the upright box around it is the box of a key frame.
+    outline: Option<Outline>,
     hidden: bool,
     /// Whether a person has drawn the box, if the file says so.
     key: Option<bool>,
@@ -315,12 +318,10 @@ impl<'a> ImportBuilder<'a> {
     /// Adds what the file says in one place.
     fn add(&mut self, row: &Row) -> Outcome {
         check::frame(row.frame, self.video)?;
-        let entry = row.bbox.map(|bbox| (bbox, row.as_tracked(bbox)));
-        match entry {
-            Some((bbox, None)) => check::drawn_box(bbox, self.video)?,
-            Some((_, Some(tracked))) => check::tracked_box(&tracked)?,
-            None => {}
-        }
+        let tracked = row.bbox.and_then(|bbox| row.as_tracked(bbox));
+        let key = row.bbox.filter(|_| tracked.is_none()).map(|bbox| row.as_key(bbox));
+        key.iter().try_for_each(|key| check::key(key, self.video))?;
+        tracked.iter().try_for_each(check::tracked_box)?;
         let frame = row.frame;
         let place = self.place(row.track.as_deref(), row.label.as_deref());
         let (target, hidden) = (&mut self.targets[place], &mut self.hidden[place]);
@@ -330,14 +331,10 @@ impl<'a> ImportBuilder<'a> {
             let name = row.track.as_deref().unwrap_or_default();
             return Err(format!("target {name} appears twice in frame {frame}"));
         }
-        match entry {
-            Some((_, Some(tracked))) => drop(target.tracked.insert(frame, tracked)),
-            Some((bbox, None)) => {
-                let (occluded, truncated) = (row.occluded, row.truncated);
-                target.keys.insert(frame, Key { bbox, occluded, truncated });
-            }
-            None if row.hidden => hidden.add([frame; 2]),
-            None => {}
+        target.keys.extend(key.map(|key| (frame, key)));
+        target.tracked.extend(tracked.map(|tracked| (frame, tracked)));
+        if row.bbox.is_none() && row.hidden {
+            hidden.add([frame; 2]);
         }
         let declared = self.declared.get(&target.label).map_or(&[][..], Vec::as_slice);
         for (name, value) in &row.values {
@@ -408,6 +405,13 @@ fn set_value(target: &mut Target, frame: usize, name: &str, value: &str) {
 }
 
 impl Row {
+    /// The row as a person's. An outline that is no more than the box is left out.
+    fn as_key(&self, bbox: BoundingBox) -> Key {
+        let outline = self.outline.clone().filter(|outline| !outline.is_upright());
+        let bbox = outline.as_ref().map_or(bbox, Outline::bounds);
+        Key { bbox, outline, occluded: self.occluded, truncated: self.truncated }
+    }
+
     /// The row as a tracker's, unless a person has drawn the box.
     fn as_tracked(&self, bbox: BoundingBox) -> Option<TrackedBox> {
         let drawn = self

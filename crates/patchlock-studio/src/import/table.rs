@@ -29,6 +29,7 @@ struct Line {
     agreement: Option<f64>,
     frame_w: Option<usize>,
     frame_h: Option<usize>,
+    outline: Option<String>,
 }
 
 /// Reads CSV, or JSON lines if the text begins with a brace.
@@ -99,7 +100,9 @@ impl Line {
         if hidden && bbox.is_some() {
             return Err("the target is hidden and has a box".to_owned());
         }
+        let outline = self.outline.filter(|text| !text.is_empty());
         Ok(Row {
+            outline: outline.map(|text| text.parse()).transpose()?,
             frame: self.frame,
             track: Some(id.to_string()),
             label: self.label.filter(|label| !label.is_empty()),

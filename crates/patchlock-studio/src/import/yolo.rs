@@ -1,10 +1,11 @@
 //! YOLO: a text for each image, of the same name, with `class centre-x centre-y width height` on each
-//! line, relative to the frame; and the names of the classes. Lines may end with a score.
+//! line, relative to the frame; and the names of the classes. Such lines may end with a score. A
+//! rotated box or a polygon has its corners after the class.
 
 use patchlock::BoundingBox;
 
 use super::images::Numbers;
-use super::{File, ImportBuilder, Outcome, Row, text_of};
+use super::{File, ImportBuilder, Outcome, Outline, Row, text_of};
 
 /// Reads all files.
 pub fn read(files: &[File], found: &mut ImportBuilder<'_>) -> Outcome {
@@ -44,10 +45,8 @@ pub fn read(files: &[File], found: &mut ImportBuilder<'_>) -> Outcome {
         let frame = frame.map_err(wrong)?;
         for (k, line) in text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty()) {
             let at_line = |reason: String| wrong(format!("line {}: {reason}", k + 1));
-            match row(line, frame, &classes, found).map_err(at_line)? {
-                Some(row) => found.add(&row).map_err(at_line)?,
-                None => found.leave_out("polygon"),
-            }
+            let row = row(line, frame, &classes, found).map_err(at_line)?;
+            found.add(&row).map_err(at_line)?;
         }
     }
     found.notes.extend(numbers.map(|numbers| numbers.note));
@@ -60,38 +59,37 @@ fn is_list(text: &str) -> bool {
     first.is_some_and(|word| word.parse::<f64>().is_err())
 }
 
-/// The box of a line; `None` if it is a polygon.
-fn row(
-    line: &str,
-    frame: usize,
-    classes: &[String],
-    found: &ImportBuilder<'_>,
-) -> Outcome<Option<Row>> {
-    let cells: Vec<&str> = line.split_whitespace().collect();
-    let number = |k: usize| {
-        let cell = cells[k];
-        cell.parse::<f64>().map_err(|_| format!("column {} is {cell:?}, not a number", k + 1))
-    };
-    match cells.len() {
-        5 | 6 => {}
-        count if count >= 7 && count % 2 == 1 => return Ok(None),
-        count => {
-            return Err(format!(
-                "there are {count} columns; a box has five or six: class, centre x and y, \
-                                width, height and a score"
-            ));
-        }
-    }
+/// What a line says.
+fn row(line: &str, frame: usize, classes: &[String], found: &ImportBuilder<'_>) -> Outcome<Row> {
+    let (class, cells) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
     let class: usize =
-        cells[0].parse().map_err(|_| format!("the class is {:?}, not a whole number", cells[0]))?;
+        class.parse().map_err(|_| format!("the class is {class:?}, not a whole number"))?;
+    let number = |(k, cell): (usize, &str)| {
+        cell.parse::<f64>().map_err(|_| format!("column {} is {cell:?}, not a number", k + 2))
+    };
+    let numbers = cells.split_whitespace().enumerate().map(number);
+    let numbers = numbers.collect::<Outcome<Vec<f64>>>()?;
     let (width, height) = (found.video.width as f64, found.video.height as f64);
-    let (w, h) = (number(3)? * width, number(4)? * height);
-    let bbox =
-        BoundingBox { x: number(1)? * width - w / 2.0, y: number(2)? * height - h / 2.0, w, h };
-    let score = if cells.len() > 5 { Some(number(5)?) } else { None };
     let label = classes.get(class).cloned().unwrap_or_else(|| format!("class {class}"));
-    let score = score.filter(|score| (0.0..=1.0).contains(score));
-    Ok(Some(Row { frame, label: Some(label), bbox: Some(bbox), score, ..Row::default() }))
+    let row = Row { frame, label: Some(label), ..Row::default() };
+    match numbers[..] {
+        [x, y, w, h] | [x, y, w, h, _] => {
+            let (w, h) = (w * width, h * height);
+            let bbox = BoundingBox { x: x * width - w / 2.0, y: y * height - h / 2.0, w, h };
+            let score = numbers.get(4).copied().filter(|score| (0.0..=1.0).contains(score));
+            Ok(Row { bbox: Some(bbox), score, ..row })
+        }
+        _ if numbers.len() >= 6 && numbers.len() % 2 == 0 => {
+            let (points, _) = numbers.as_chunks::<2>();
+            let outline = Outline(points.iter().map(|[x, y]| [x * width, y * height]).collect());
+            Ok(Row { bbox: Some(outline.bounds()), outline: Some(outline), ..row })
+        }
+        _ => Err(format!(
+            "there are {} columns; a box has five or six: class, centre x and y, width, height and a score; \
+             a polygon seven or more: class, and x and y of each point",
+            numbers.len() + 1
+        )),
+    }
 }
 
 fn lines(text: &str) -> Vec<String> {

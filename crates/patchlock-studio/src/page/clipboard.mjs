@@ -36,8 +36,8 @@ export async function pasteBox(editor) {
     if (!clip) return;
     if (!copied) return tell('No box is copied. Select a target and press Ctrl+C.');
     // As a drawn box, it belongs to the picture on the screen.
-    if (editor.playing || editor.following || editor.frame !== editor.shownFrame)
-        editor.goTo(editor.shownFrame);
+    editor.hold();
+    if (editor.frame !== editor.shownFrame) editor.goTo(editor.shownFrame);
     const { frame } = editor;
     editor.cancelDraft();
     await clip.settled();

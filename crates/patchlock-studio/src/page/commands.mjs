@@ -7,7 +7,8 @@ import * as proposals from './proposals.mjs';
 import * as review from './review.mjs';
 import * as playing from './playing.mjs';
 import * as stretches from './stretches.mjs';
-import { byId, element, openDialog } from './dom.mjs';
+import { byId } from './dom.mjs';
+import { openHelp, shown } from './help.mjs';
 import { tell } from './notices.mjs';
 
 /**
@@ -78,6 +79,7 @@ function moving(editor) {
  * @param {import('./editor.mjs').Editor} editor
  */
 function confirm(editor) {
+    if (editor.polygon) return drafts.closePolygon(editor);
     if (editor.draft) return drafts.acceptDraft(editor);
     return editor.proposal ? proposals.accept(editor, [editor.proposal]) : edits.confirm(editor);
 }
@@ -87,6 +89,7 @@ function confirm(editor) {
  * @param {import('./editor.mjs').Editor} editor
  */
 function remove(editor) {
+    if (editor.polygon) return drafts.removePoint(editor);
     if (editor.proposal) return proposals.reject(editor, [editor.proposal]);
     return editor.stretch ? stretches.deleteBoxes(editor) : edits.deleteTarget(editor);
 }
@@ -136,6 +139,29 @@ function boxes(editor) {
             name: 'Move the box with arrows, resize with Shift',
             keys: ['E'],
             run: () => drafts.beginEdit(editor),
+        },
+        {
+            id: 'new-polygon',
+            group,
+            name: 'New polygon: click its points; Enter or a double click closes it',
+            keys: ['J'],
+            run: () => drafts.beginPolygon(editor),
+        },
+        {
+            id: 'turn-left',
+            group,
+            name: 'Turn the box by a degree to the left',
+            keys: ['['],
+            repeats: true,
+            run: () => drafts.turn(editor, -1),
+        },
+        {
+            id: 'turn-right',
+            group,
+            name: 'Turn the box by a degree to the right',
+            keys: [']'],
+            repeats: true,
+            run: () => drafts.turn(editor, 1),
         },
         {
             id: 'copy',
@@ -278,6 +304,13 @@ function tracking(editor) {
             run: () => void edits.interpolate(editor),
         },
         {
+            id: 'follow',
+            group,
+            name: 'Follow what is tracked; again: stay at this frame',
+            keys: ['Shift+F'],
+            run: () => editor.toggleFollow(),
+        },
+        {
             id: 'escape',
             group,
             name: 'Stop, cancel, deselect',
@@ -411,24 +444,6 @@ function projects(editor, { openExport, openImport, toggleCamera }) {
     ];
 }
 
-/** @param {string} keys as in the table */
-export function shown(keys) {
-    const names = /** @type {Record<string, string>} */ ({
-        ArrowLeft: '←',
-        ArrowRight: '→',
-        ArrowUp: '↑',
-        ArrowDown: '↓',
-        Escape: 'Esc',
-        Delete: 'Del',
-        PageUp: 'Page ↑',
-        PageDown: 'Page ↓',
-    });
-    return keys
-        .split(/\+(?!$)/)
-        .map((key) => names[key] ?? key)
-        .join('+');
-}
-
 /** Runs commands by their keys and by buttons. */
 export class Commands {
     /**
@@ -443,7 +458,7 @@ export class Commands {
                 group: 'Project',
                 name: 'All keys',
                 keys: ['?', 'F1'],
-                run: () => this.openHelp(),
+                run: () => openHelp(this.commands),
             },
         ];
         this.editor = editor;
@@ -526,38 +541,6 @@ export class Commands {
         const by = (arrow === 'Left' || arrow === 'Up' ? -1 : 1) * (event.ctrlKey || event.metaKey ? 10 : 1);
         drafts.nudge(this.editor, arrow === 'Left' || arrow === 'Right' ? 'x' : 'y', by, event.shiftKey);
         return true;
-    }
-
-    openHelp() {
-        /** @type {Map<string, HTMLElement>} */
-        const groups = new Map();
-        for (const { group, name, keys, id } of this.commands) {
-            if (/^label-[2-9]$/.test(id)) continue;
-            const words = id === 'label-1' ? 'Label by its place in the list' : name;
-            const marks = (id === 'label-1' ? ['1', '9'] : keys).map((key) =>
-                element('kbd', { text: shown(key) }),
-            );
-            if (id === 'label-1') marks.splice(1, 0, element('span', { text: '…' }));
-            const list = groups.get(group) ?? element('dl', {});
-            groups.set(group, list);
-            list.append(element('div', {}, element('dt', {}, ...marks), element('dd', { text: words })));
-        }
-        const sections = [...groups].map(([group, list]) =>
-            element('section', {}, element('h3', { text: group }), list),
-        );
-        const mouse = element('p', {
-            class: 'hint',
-            text:
-                'Drag on the frame to draw a box, drag a box or its handles to correct it: the frame ' +
-                'becomes a key frame, and what lies between the neighbouring key frames is tracked again. ' +
-                'Shift+drag draws a new box wherever it begins; otherwise, where the selected target is ' +
-                'lost, a new box is its box. Wheel or pinch zooms, right or middle button pans. While a ' +
-                'box is edited with keys, arrows move it, Shift+arrows resize it, with Ctrl by ten ' +
-                'pixels. Shift+drag in the row of a target below the frame marks a stretch, as S does: H ' +
-                'says that it is not visible there, B tracks it again, Del deletes its boxes there. A square ' +
-                'above the rows marks a frame with proposals.',
-        });
-        openDialog('Keys', [mouse, element('div', { class: 'help' }, ...sections)], { wide: true });
     }
 }
 

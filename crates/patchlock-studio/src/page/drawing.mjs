@@ -1,5 +1,7 @@
 // How boxes and what belongs to them look on the canvas.
 
+import { cornersOf, rotatedBox, turnedPoint } from './outline.mjs';
+
 /** @typedef {import('./types').Box} Box */
 /** @typedef {import('./types').TargetBox} TargetBox */
 
@@ -21,21 +23,31 @@ export function handleAt({ x, y, w, h }, handle) {
     return { x: x + column * w, y: y + row * h };
 }
 
+/** How far the handle that turns a box is from it. */
+const STALK = 28;
+
 /**
- * Moves sides of a box.
+ * The handles of a box on the canvas: of a polygon, its points by their places. The last one turns it.
  * @param {Box} box
- * @param {Handle} handle
- * @param {number} dx
- * @param {number} dy
- * @returns {Box}
+ * @returns {{handle: Handle | number | 'turn', x: number, y: number}[]}
  */
-export function resized(box, handle, dx, dy) {
-    let { x, y, w, h } = box;
-    if (handle.includes('w')) [x, w] = [x + dx, w - dx];
-    if (handle.includes('e')) w += dx;
-    if (handle.includes('n')) [y, h] = [y + dy, h - dy];
-    if (handle.includes('s')) h += dy;
-    return { x, y, w, h };
+export function handlesOf(box) {
+    const level = rotatedBox(box);
+    const { box: upright, degrees } = level ?? { box, degrees: 0 };
+    const centre = /** @type {[number, number]} */ ([upright.x + upright.w / 2, upright.y + upright.h / 2]);
+    const place = (/** @type {{x: number, y: number}} */ { x, y }) => {
+        const [u, v] = turnedPoint([x, y], degrees, centre);
+        return { x: u, y: v };
+    };
+    const above = place({ x: centre[0], y: upright.y - STALK });
+    const turn = above.y > HANDLE ? above : place({ x: centre[0], y: upright.y + upright.h + STALK });
+    // In small boxes the sides would leave no place to take hold of the middle.
+    const small = Math.min(upright.w, upright.h) < 34;
+    const sides = HANDLES.filter((handle) => !small || handle.length > 1);
+    const handles = level
+        ? sides.map((handle) => ({ handle, ...place(handleAt(upright, handle)) }))
+        : (box.outline ?? []).map(([x, y], handle) => ({ handle, x, y }));
+    return [...handles, { handle: 'turn', ...turn }];
 }
 
 /**
@@ -74,10 +86,13 @@ export function drawBox(context, box, { colour, text, selected, kind, handles })
     // A dark line below makes the box visible on any picture.
     context.lineWidth = selected ? 4 : 3;
     context.strokeStyle = 'rgba(0, 0, 0, 0.45)';
-    context.strokeRect(box.x, box.y, box.w, box.h);
+    context.beginPath();
+    for (const [x, y] of box.outline ?? cornersOf(box)) context.lineTo(x, y);
+    context.closePath();
+    context.stroke();
     context.lineWidth = selected ? 2 : 1.25;
     context.strokeStyle = shown;
-    context.strokeRect(box.x, box.y, box.w, box.h);
+    context.stroke();
     context.restore();
     drawTag(context, box, text, shown, kind === 'key');
     if (handles) drawHandles(context, box, shown);
@@ -134,16 +149,37 @@ function drawHandles(context, box, colour) {
     context.lineWidth = 1.5;
     context.strokeStyle = colour;
     context.fillStyle = '#ffffff';
-    const small = Math.min(box.w, box.h) < 34;
-    for (const handle of HANDLES) {
-        if (small && handle.length === 1) continue;
-        const { x, y } = handleAt(box, handle);
-        const size = small ? HANDLE - 2 : HANDLE;
+    const size = Math.min(box.w, box.h) < 34 ? HANDLE - 2 : HANDLE;
+    for (const { handle, x, y } of handlesOf(box)) {
         context.beginPath();
-        context.rect(x - size / 2, y - size / 2, size, size);
+        if (handle === 'turn') context.arc(x, y, HANDLE / 2, 0, 2 * Math.PI);
+        else context.rect(x - size / 2, y - size / 2, size, size);
         context.fill();
         context.stroke();
     }
+}
+
+/**
+ * The polygon that is drawn so far, up to the pointer.
+ * @param {CanvasRenderingContext2D} context
+ * @param {{x: number, y: number}[]} points on the canvas
+ * @param {string} colour
+ */
+export function drawPolygon(context, points, colour) {
+    context.save();
+    context.strokeStyle = colour;
+    context.fillStyle = '#ffffff';
+    context.lineWidth = 2;
+    context.beginPath();
+    for (const { x, y } of points) context.lineTo(x, y);
+    context.stroke();
+    for (const { x, y } of points) {
+        context.beginPath();
+        context.rect(x - HANDLE / 2, y - HANDLE / 2, HANDLE, HANDLE);
+        context.fill();
+        context.stroke();
+    }
+    context.restore();
 }
 
 /**

@@ -11,6 +11,7 @@ import { Proposals } from './proposals.mjs';
 import { asBox, ordered } from './tracks.mjs';
 
 /** @typedef {import('./types').Box} Box */
+/** @typedef {import('./types').Point} Point */
 /** @typedef {import('./types').Direction} Direction */
 
 const DEFAULT_RATE = 25;
@@ -50,6 +51,8 @@ export class Editor extends EventTarget {
         this.draft = null;
         /** Whether the next drag draws a new box, wherever it begins. */
         this.drawing = false;
+        /** The polygon that is being drawn: @type {{points: Point[], fresh: boolean} | null} */
+        this.polygon = null;
         /** Where a stretch in which the target is not visible begins: @type {number | null} */
         this.hiddenFrom = null;
         /** The frames of the selected target that are marked: @type {{from: number, to: number} | null} */
@@ -63,7 +66,7 @@ export class Editor extends EventTarget {
         /** What the tracker sees in this frame: @type {import('./types').VisibilityView | null} */
         this.look = null;
         this.looking = false;
-        /** Frame follows the tracking that runs. */
+        /** Whether the frame follows the tracking that runs, until a person works on one. */
         this.following = false;
         /** The doubtful place that was visited last: @type {import('./types').ReviewSuggestion | null} */
         this.doubt = null;
@@ -139,6 +142,7 @@ export class Editor extends EventTarget {
             playing: false,
             draft: null,
             drawing: false,
+            polygon: null,
             proposal: null,
             hiddenFrom: null,
             stretch: null,
@@ -248,6 +252,25 @@ export class Editor extends EventTarget {
         this.following = false;
         this.playing = false;
         this.show(frame);
+    }
+
+    /**
+     * Stays at the frame on the screen, which a person is about to work on.
+     * @param {boolean} [late] whether a frame that is on its way is given up, as the pointer is on another one
+     */
+    hold(late = false) {
+        const isLate = late && this.frame !== this.shownFrame && !this.frames?.failure;
+        if (this.playing || this.following || isLate) this.goTo(this.shownFrame);
+    }
+
+    /** Shows what is tracked, or stays at the frame on the screen. */
+    toggleFollow() {
+        if (this.following) return this.hold();
+        const { job } = this.clip ?? {};
+        if (!job) return tell('Nothing is tracked now.');
+        if (this.selected !== job.target) this.select(job.target);
+        this.following = true;
+        this.changed();
     }
 
     /** @param {number} step */
@@ -379,6 +402,7 @@ export class Editor extends EventTarget {
     cancelDraft() {
         this.draft = null;
         this.drawing = false;
+        this.polygon = null;
         this.proposal = null;
     }
 

@@ -2,6 +2,7 @@
 
 import { ask, choose as chooseAnswer, counted } from './dom.mjs';
 import { tell } from './notices.mjs';
+import { inEdit } from './outline.mjs';
 import { tidy } from './tracks.mjs';
 
 /** @typedef {import('./editor.mjs').Editor} Editor */
@@ -78,7 +79,7 @@ export async function correct(editor, box) {
 export async function addTarget(editor, box, label = editor.label ?? 'object', frame = editor.frame) {
     const { clip } = editor;
     if (!clip) return;
-    const edits = [...newLabels(clip, [label]), { edit: 'add_target', label, frame, box: tidy(box) }];
+    const edits = [...newLabels(clip, [label]), { edit: 'add_target', label, frame, ...inEdit(tidy(box)) }];
     const before = new Set(clip.tracks.map(({ target }) => target.id));
     editor.pendingBox = { target: null, frame, box };
     await clip.editAndTrack(edits, async (since) => {
@@ -86,10 +87,11 @@ export async function addTarget(editor, box, label = editor.label ?? 'object', f
         if (clip !== editor.clip) return;
         const added = clip.tracks.find(({ target }) => !before.has(target.id));
         if (!added) return;
-        editor.select(added.target.id);
+        // What is being drawn by now is of another target, and selecting this one would end it.
+        if (!editor.draft && !editor.drawing) editor.select(added.target.id);
         const { afterDrawing } = editor;
         if (afterDrawing !== 'none' && afterDrawing !== 'interpolate')
-            await startTracking(editor, afterDrawing, frame, since);
+            await startTracking(editor, afterDrawing, frame, { since, track: added });
     });
 }
 
@@ -118,7 +120,7 @@ export async function setKey(editor, box, frame = editor.frame, made = () => {})
     const { occluded, truncated } = track.at(frame);
     const target = track.target.id;
     editor.pendingBox = { target, frame, box };
-    const edit = { edit: 'set_key', target, frame, box: tidy(box), occluded, truncated };
+    const edit = { edit: 'set_key', target, frame, ...inEdit(tidy(box)), occluded, truncated };
     await clip.editAndTrack([edit], async (since) => {
         editor.pendingBox = null;
         editor.changed();
@@ -215,7 +217,7 @@ export async function toggleFlag(editor, name) {
         const seen = clip.track(target)?.at(frame);
         if (!seen?.box) return [];
         const flags = { occluded: seen.occluded, truncated: seen.truncated, [name]: !seen[name] };
-        return [{ edit: 'set_key', target, frame, box: seen.box, ...flags }];
+        return [{ edit: 'set_key', target, frame, ...inEdit(seen.box), ...flags }];
     });
 }
 
@@ -273,9 +275,27 @@ export function beginJoin(editor) {
  * @param {number | null} [id] the target; without it the selected one
  */
 export async function setLabel(editor, label, id = editor.selected) {
+    const { clip } = editor;
     editor.label = label;
     editor.changed();
-    if (id !== null) await editor.clip?.edit([{ edit: 'set_target', target: id, label }]);
+    const before = id === null ? label : clip?.track(id)?.target.label;
+    const made = id !== null && (await clip?.edit([{ edit: 'set_target', target: id, label }]));
+    if (clip && made && before !== undefined && before !== label) offerLabel(clip, before, label);
+}
+
+/**
+ * Offers to give a label to all other targets of the label that a target had, such as `class 3` of an import.
+ * @param {import('./clip.mjs').Clip} clip
+ * @param {string} before
+ * @param {string} label
+ */
+function offerLabel(clip, before, label) {
+    const others = () => clip.project.targets.filter((target) => target.label === before);
+    const count = others().length;
+    if (count === 0) return;
+    const run = () =>
+        void clip.edit(() => others().map(({ id }) => ({ edit: 'set_target', target: id, label })));
+    tell(`Still ${before}: ${counted(count, 'other target')}.`, { text: `Make all ${label}`, run });
 }
 
 /**
@@ -292,24 +312,28 @@ export async function setLabelAt(editor, at) {
  * @param {Editor} editor
  * @param {Direction} direction
  * @param {number} [from]
- * @param {number} [since] the revision of the change that it follows
+ * @param {{since: number, track: import('./tracks.mjs').Track}} [drawn] the revision of the change that it follows,
+ *     and the target that was drawn; without it the selected one. The picture stays where the person draws, and
+ *     follows what they ask for with a key
  */
-export async function startTracking(editor, direction, from = editor.frame, since) {
-    const track = editor.needTarget();
+export async function startTracking(editor, direction, from = editor.frame, drawn) {
+    const track = drawn?.track ?? editor.needTarget();
     const { clip } = editor;
     if (!track || !clip) return;
     const target = track.target.id;
     const seen = track.at(from);
     if (!seen.box) return tell('There is no box in this frame to track from.');
     if (seen.kind === 'lost') return tell('The target is lost here. Draw its box first.');
-    const begin = async (/** @type {number | undefined} */ revision) => {
+    if (!drawn) {
         editor.following = true;
         editor.stride = direction === 'backward' ? -1 : 1;
+    }
+    const begin = async (/** @type {number | undefined} */ revision) => {
         await clip.startTracking({ target, from, direction, since: revision });
     };
-    if (seen.kind === 'key') return begin(since);
+    if (seen.kind === 'key') return begin(drawn?.since);
     // Tracking starts at what a person has drawn or confirmed.
-    await clip.editAndTrack([{ edit: 'set_key', target, frame: from, box: seen.box }], begin);
+    await clip.editAndTrack([{ edit: 'set_key', target, frame: from, ...inEdit(seen.box) }], begin);
 }
 
 /**

@@ -139,6 +139,7 @@ function renderJob() {
     const job = editor.clip?.job;
     byId('job').hidden = !job;
     if (!job) return;
+    byId('follow').setAttribute('aria-pressed', String(editor.following));
     const name = editor.clip?.name(job.target);
     const speed = job.fps > 0 ? ` · ${Math.round(job.fps)} frames/s` : '';
     const left = job.left === null ? '' : ` · ${job.left < 1 ? 'under 1' : Math.ceil(job.left)} s left`;
@@ -161,6 +162,8 @@ function hint() {
     }
     if (editor.joinFirst !== null)
         return 'Click the target to join, on the frame, below it or in the list. Esc cancels.';
+    if (editor.polygon)
+        return 'Click the points. Enter or a double click closes, Backspace removes the last one, Esc cancels.';
     if (editor.draft && editor.drawing) {
         return 'Drag a box; or arrows move, Shift+arrows resize, Enter accepts, Esc cancels.';
     }

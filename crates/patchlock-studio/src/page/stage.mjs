@@ -4,7 +4,8 @@ import * as drafts from './drafts.mjs';
 import * as edits from './edits.mjs';
 import * as proposals from './proposals.mjs';
 import { byId } from './dom.mjs';
-import { HANDLES, drawBox, drawCross, drawHidden, handleAt, resized } from './drawing.mjs';
+import { drawBox, drawCross, drawHidden, drawPolygon, handlesOf } from './drawing.mjs';
+import { moved, resized, rotatedBox, sizeOf, turned } from './outline.mjs';
 import { tidy } from './tracks.mjs';
 import { Zoom } from './zoom.mjs';
 
@@ -15,12 +16,17 @@ import { Zoom } from './zoom.mjs';
  * What a pointer that is down does.
  * @typedef {{kind: 'draw', from: Point, target: number | null, fresh: boolean}
  *     | {kind: 'move', from: Point, box: Box, target: number}
- *     | {kind: 'resize', from: Point, box: Box, target: number, handle: Handle}
+ *     | {kind: 'resize', from: Point, box: Box, target: number, handle: Handle | number}
+ *     | {kind: 'turn', from: Point, box: Box, target: number} | {kind: 'point', from: Point}
  *     | {kind: 'pan', last: Point} | {kind: 'pinch', last: Point, spread: number}} Gesture
  */
 
 /** Pixels of the screen that a pointer may move in a click. */
 const CLICK = 4;
+/** Pixels of the screen that a pointer may be off what it takes hold of. */
+const REACH = 9;
+/** The angles at which a box snaps while it is turned with Shift, in degrees. */
+const SNAP = 15;
 /** The least side of a new box, in pixels of the screen: less is a slip of the hand. */
 const SMALLEST = 6;
 
@@ -58,7 +64,10 @@ export class Stage {
         });
         canvas.addEventListener('contextmenu', (event) => event.preventDefault());
         canvas.addEventListener('wheel', (event) => this.#wheel(event), { passive: false });
-        canvas.addEventListener('dblclick', () => this.toggleZoom());
+        canvas.addEventListener('dblclick', () => {
+            if (this.editor.polygon) void drafts.closePolygon(this.editor);
+            else this.toggleZoom();
+        });
     }
 
     #newClip() {
@@ -169,13 +178,16 @@ export class Stage {
      */
     #begin(at, event) {
         const { editor } = this;
-        // The frame stays while a person works on it.
-        if (editor.playing || editor.following) editor.goTo(editor.shownFrame);
+        // A drag belongs to the picture that is seen; what a key began, to the frame that is on its way.
+        editor.hold(!editor.drawing);
         const from = this.zoom.toFrame(at.x, at.y);
-        const reach = event.pointerType === 'touch' ? 22 : 9;
+        if (editor.polygon) return { kind: 'point', from };
+        const reach = event.pointerType === 'touch' ? 22 : REACH;
         const fresh = event.shiftKey || editor.drawing;
-        const handle = fresh ? null : this.#handle(at, reach);
-        if (handle) return { kind: 'resize', from, ...handle };
+        const found = editor.drawing ? null : this.#handle(at, reach);
+        // Shift also snaps the angle, and may be down before the pointer.
+        if (found?.handle === 'turn') return { kind: 'turn', from, box: found.box, target: found.target };
+        if (found && !fresh) return { kind: 'resize', from, ...found, handle: found.handle };
         const hit = fresh ? null : this.#hit(from);
         if (hit) edits.choose(editor, hit.target);
         if (hit && !this.#isLost) return { kind: 'move', from, ...hit };
@@ -201,15 +213,9 @@ export class Stage {
         const box = editor.draft?.box ?? editor.track?.at(editor.shownFrame).box;
         const target = editor.draft?.target ?? editor.selected;
         if (!box || target === null || editor.unseen.has(target) || this.#isLost) return null;
-        const shown = this.zoom.toView(box);
-        // In small boxes the sides would leave no place to take hold of the middle.
-        const small = Math.min(shown.w, shown.h) < 34;
-        for (const handle of HANDLES) {
-            if (small && handle.length === 1) continue;
-            const { x, y } = handleAt(shown, handle);
-            if (Math.hypot(x - at.x, y - at.y) <= reach) return { handle, box, target };
-        }
-        return null;
+        const handles = handlesOf(this.zoom.toView(box));
+        const near = handles.find(({ x, y }) => Math.hypot(x - at.x, y - at.y) <= reach);
+        return near ? { handle: near.handle, box, target } : null;
     }
 
     /**
@@ -251,7 +257,7 @@ export class Stage {
             if (!this.moved && !this.#hasMoved(gesture, at)) return;
             this.moved = true;
             this.pointers.set(event.pointerId, at);
-            this.#follow(gesture, at);
+            this.#follow(gesture, at, event.shiftKey);
         }
         this.canvas.style.cursor = this.#cursor(at);
         this.editor.changed();
@@ -270,8 +276,9 @@ export class Stage {
     /**
      * @param {Gesture} gesture
      * @param {Point} at
+     * @param {boolean} snap whether a box that is turned snaps at certain angles
      */
-    #follow(gesture, at) {
+    #follow(gesture, at, snap) {
         const { zoom, editor } = this;
         if (gesture.kind === 'pan') {
             zoom.pan(at.x - gesture.last.x, at.y - gesture.last.y);
@@ -287,9 +294,10 @@ export class Stage {
             const box = tidy({ ...from, w: inside.x - from.x, h: inside.y - from.y });
             editor.draft = { target: gesture.target, box };
         } else if (gesture.kind === 'move') {
-            const { x, y, w, h } = gesture.box;
-            editor.draft = { target: gesture.target, box: { x: x + dx, y: y + dy, w, h } };
-        } else {
+            editor.draft = { target: gesture.target, box: moved(gesture.box, dx, dy) };
+        } else if (gesture.kind === 'turn') {
+            editor.draft = { target: gesture.target, box: afterTurn(gesture, now, snap) };
+        } else if (gesture.kind === 'resize') {
             const box = tidy(resized(gesture.box, gesture.handle, dx, dy));
             editor.draft = { target: gesture.target, box };
         }
@@ -320,11 +328,34 @@ export class Stage {
         }
         this.gesture = null;
         if (!gesture) return;
+        if (gesture.kind === 'point') return this.#addPoint(this.#point(event), event.shiftKey);
         if (!moved) {
             if (gesture.kind === 'draw' && !editor.drawing) this.#click(gesture.from);
             return;
         }
         this.#accept(gesture);
+    }
+
+    /**
+     * Adds a point to the polygon that is drawn, or closes it at its first one. The second click of a double
+     * click adds none.
+     * @param {Point} at
+     * @param {boolean} fresh whether it is that of another target
+     */
+    #addPoint(at, fresh) {
+        const { editor, zoom } = this;
+        const { polygon } = editor;
+        if (!polygon) return;
+        polygon.fresh ||= fresh;
+        const isNear = (/** @type {import('./types').Point | undefined} */ point) => {
+            if (!point) return false;
+            const { x, y } = zoom.toView({ x: point[0], y: point[1], w: 0, h: 0 });
+            return Math.hypot(x - at.x, y - at.y) <= REACH;
+        };
+        if (polygon.points.length > 2 && isNear(polygon.points[0])) return void drafts.closePolygon(editor);
+        const { x, y } = this.#inFrame(zoom.toFrame(at.x, at.y));
+        if (!isNear(polygon.points.at(-1))) polygon.points.push([x, y]);
+        editor.changed();
     }
 
     /**
@@ -368,8 +399,10 @@ export class Stage {
         if (gesture?.kind === 'pan') return 'grabbing';
         if (gesture?.kind === 'move') return 'move';
         if (editor.drawing) return 'crosshair';
-        const handle = gesture?.kind === 'resize' ? gesture.handle : this.#handle(at, 9)?.handle;
-        if (handle) return `${handle}-resize`;
+        const held = gesture?.kind === 'turn' ? 'turn' : gesture?.kind === 'resize' ? gesture.handle : null;
+        const handle = held ?? this.#handle(at, REACH)?.handle;
+        if (handle === 'turn') return held ? 'grabbing' : 'grab';
+        if (handle !== undefined) return typeof handle === 'number' ? 'move' : `${handle}-resize`;
         const point = this.zoom.toFrame(at.x, at.y);
         const hit = this.#hit(point);
         if (editor.joinFirst !== null && hit) return 'copy';
@@ -394,7 +427,16 @@ export class Stage {
         if (editor.track) this.#renderTrack(editor.track);
         this.#renderProposals();
         this.#renderNew();
+        this.#renderPolygon();
         if (editor.drawing && !this.gesture && this.hover) drawCross(context, this.hover, zoom.view);
+    }
+
+    #renderPolygon() {
+        const { polygon, label, clip } = this.editor;
+        if (!polygon) return;
+        const points = polygon.points.map(([x, y]) => this.zoom.toView({ x, y, w: 0, h: 0 }));
+        const colour = clip?.colourOfLabel(label ?? '') ?? '#888888';
+        drawPolygon(this.context, this.hover ? [...points, this.hover] : points, colour);
     }
 
     #renderPicture() {
@@ -432,7 +474,7 @@ export class Stage {
         const score = kind === 'key' || seen.score === null ? '' : ` ${seen.score.toFixed(2)}`;
         const word = kind === 'lost' ? ' LOST' : `${score}${kind === 'uncertain' ? ' uncertain' : ''}`;
         const flags = `${seen.occluded ? ' · occluded' : ''}${seen.truncated ? ' · truncated' : ''}`;
-        const size = edited ? ` ${Math.round(box.w)} × ${Math.round(box.h)}` : '';
+        const size = edited ? ` ${sizeOf(box)}` : '';
         const colour = editor.clip?.colour(id) ?? '#888888';
         const text = `${label} ${id}${edited ? size : word}${flags}`;
         const handles = selected && !editor.playing && kind !== 'lost';
@@ -468,7 +510,7 @@ export class Stage {
         const box = draft && draft.target === null ? draft.box : pending?.box;
         if (!box) return;
         const label = editor.label ?? 'object';
-        const text = `${label} ${Math.round(box.w)} × ${Math.round(box.h)}`;
+        const text = `${label} ${sizeOf(box)}`;
         const colour = editor.clip?.colourOfLabel(label) ?? '#888888';
         drawBox(context, zoom.toView(box), {
             colour,
@@ -478,4 +520,18 @@ export class Stage {
             handles: Boolean(draft),
         });
     }
+}
+
+/**
+ * The box that a person turns, with the pointer here.
+ * @param {{from: Point, box: Box}} gesture
+ * @param {Point} now
+ * @param {boolean} snap
+ */
+function afterTurn({ from, box }, now, snap) {
+    const [x, y] = [box.x + box.w / 2, box.y + box.h / 2];
+    const angle = (/** @type {Point} */ at) => (Math.atan2(at.y - y, at.x - x) * 180) / Math.PI;
+    const by = angle(now) - angle(from);
+    const before = rotatedBox(box)?.degrees ?? 0;
+    return turned(box, snap ? Math.round((before + by) / SNAP) * SNAP - before : by);
 }

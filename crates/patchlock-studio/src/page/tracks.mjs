@@ -1,5 +1,7 @@
 // A target by frame: what is known of it, quickly, for drawing.
 
+import { between, boxAround, carried } from './outline.mjs';
+
 /** @typedef {import('./types').Box} Box */
 /** @typedef {import('./types').TargetBox} TargetBox */
 /** @typedef {import('./types').Target} Target */
@@ -19,6 +21,7 @@ export class Track {
         this.live = new Map();
         /** Frames with a box, in order. */
         this.known = [...this.keys, ...inOrder(target.tracked)].sort((a, b) => a - b);
+        this.hasOutlines = Object.values(target.keys).some(({ outline }) => outline);
     }
 
     /**
@@ -27,7 +30,7 @@ export class Track {
      */
     addLive(boxes) {
         for (const [frame, x, y, w, h, score, status, visible] of boxes) {
-            const { kind } = this.at(frame);
+            const { kind } = this.#stateAt(frame);
             if (kind === 'key' || kind === 'hidden') continue;
             this.live.set(frame, {
                 ...NOTHING,
@@ -61,10 +64,44 @@ export class Track {
      * @returns {TargetBox}
      */
     at(frame) {
+        const seen = this.#stateAt(frame);
+        const isBetween = seen.kind === 'tracked' || seen.kind === 'uncertain';
+        const outline = this.hasOutlines && seen.box && isBetween ? this.#carriedTo(frame, seen.box) : null;
+        return outline ? { ...seen, box: boxAround(outline) } : seen;
+    }
+
+    /**
+     * The outline between key frames: that of the nearer one, carried along with the box. A rotated box turns
+     * from one to the other.
+     * @param {number} frame
+     * @param {Box} box
+     */
+    #carriedTo(frame, box) {
+        const [from, to] = [this.keyBefore(frame), this.keyAfter(frame)];
+        const shape = (/** @type {number | undefined} */ key) =>
+            key === undefined ? null : this.#stateAt(key).box;
+        const [a, b] = [shape(from), shape(to)];
+        if (!a?.outline && !b?.outline) return null;
+        if (from === undefined || to === undefined || !a || !b) {
+            const nearest = a ?? b;
+            return nearest?.outline ? carried(nearest, box) : null;
+        }
+        const mean = between(carried(a, box), carried(b, box), (frame - from) / (to - from));
+        const nearer = frame - from <= to - frame ? a : b;
+        return mean ?? (nearer.outline ? carried(nearer, box) : null);
+    }
+
+    /**
+     * The same without the outline between key frames.
+     * @param {number} frame
+     * @returns {TargetBox}
+     */
+    #stateAt(frame) {
         const key = this.target.keys[frame];
         if (key) {
-            const { occluded = false, truncated = false } = key;
-            return { ...NOTHING, kind: 'key', box: key.box, occluded, truncated };
+            const { outline, occluded = false, truncated = false } = key;
+            const box = outline ? { ...key.box, outline } : key.box;
+            return { ...NOTHING, kind: 'key', box, occluded, truncated };
         }
         const live = this.live.get(frame);
         if (live) return live;
@@ -94,7 +131,7 @@ export class Track {
         for (let at = this.#place(first); at < this.known.length; at += 1) {
             const frame = this.known[at] ?? end;
             if (frame >= end) break;
-            const seen = this.at(frame);
+            const seen = this.#stateAt(frame);
             const score = seen.kind === 'lost' ? -1 : seen.kind === 'key' ? 1 : (seen.score ?? 0);
             if (score < worst.score) worst = { kind: seen.kind, score };
         }
@@ -125,7 +162,7 @@ export class Track {
      * @param {number} frame
      */
     isDoubtful(frame) {
-        const { kind, score, agreement } = this.at(frame);
+        const { kind, score, agreement } = this.#stateAt(frame);
         return kind === 'lost' || Math.min(score ?? 1, agreement ?? 1) < DOUBTFUL;
     }
 
@@ -279,7 +316,7 @@ export class Track {
 
     /** Share of the frames in which something is known. */
     coverage() {
-        const boxes = this.known.filter((frame) => this.at(frame).kind !== 'lost').length;
+        const boxes = this.known.filter((frame) => this.#stateAt(frame).kind !== 'lost').length;
         const hidden = this.target.hidden.reduce((sum, [from, to]) => sum + to - from + 1, 0);
         return (boxes + hidden) / Math.max(1, this.frames);
     }
@@ -326,7 +363,8 @@ export function ordered(a, b) {
  * @param {Box} box
  * @returns {Box}
  */
-export function tidy({ x, y, w, h }) {
+export function tidy({ x, y, w, h, outline }) {
+    if (outline) return boxAround(outline);
     const left = w < 0 ? x + w : x;
     const top = h < 0 ? y + h : y;
     const round = (/** @type {number} */ value) => Math.round(value * 100) / 100;

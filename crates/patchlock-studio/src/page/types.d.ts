@@ -1,14 +1,18 @@
 // What the server sends, for `tsc --checkJs`. The page itself never loads this file.
 
+export type Point = [number, number];
 export interface Box {
     x: number;
     y: number;
     w: number;
     h: number;
+    /** A rotated box or a polygon, around which the box is. The server has it beside the box. */
+    outline?: Point[];
 }
 export type Status = 'tracked' | 'uncertain' | 'lost';
 export interface Key {
     box: Box;
+    outline?: Point[];
     occluded?: boolean;
     truncated?: boolean;
 }

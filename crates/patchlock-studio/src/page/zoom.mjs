@@ -133,12 +133,10 @@ export class Zoom {
      * @param {Box} box in the frame
      * @returns {Box} on the canvas
      */
-    toView({ x, y, w, h }) {
-        return {
-            x: x * this.scale + this.x,
-            y: y * this.scale + this.y,
-            w: w * this.scale,
-            h: h * this.scale,
-        };
+    toView({ x, y, w, h, outline }) {
+        const { scale } = this;
+        const box = { x: x * scale + this.x, y: y * scale + this.y, w: w * scale, h: h * scale };
+        if (!outline) return box;
+        return { ...box, outline: outline.map(([u, v]) => [u * scale + this.x, v * scale + this.y]) };
     }
 }

@@ -172,7 +172,7 @@ fn frames(
     };
     for (&frame, key) in keys {
         inside(frame)?;
-        drawn_box(key.bbox, video).map_err(|reason| format!("frame {frame}: {reason}"))?;
+        self::key(key, video).map_err(|reason| format!("frame {frame}: {reason}"))?;
     }
     for (&frame, tracked) in tracked {
         inside(frame)?;
@@ -222,6 +222,26 @@ pub fn range([from, to]: [usize; 2], video: &Video) -> Result {
         }
     }
 }
+
+/// Checks what a person has drawn in a frame.
+pub fn key(key: &Key, video: &Video) -> Result {
+    drawn_box(key.bbox, video)?;
+    let Some(outline) = &key.outline else { return Ok(()) };
+    outline.check()?;
+    let (own, around) = (key.bbox, outline.bounds());
+    let off = [own.x - around.x, own.y - around.y, own.w - around.w, own.h - around.h];
+    match off.iter().all(|off| off.abs() <= ROUNDING) {
+        true => Ok(()),
+        false => Err(format!(
+            "the box is {}; the upright box around the outline is {}",
+            shown(own),
+            shown(around)
+        )),
+    }
+}
+
+/// By how many pixels a box may differ from that around its outline, as both are rounded.
+const ROUNDING: f64 = 0.02;
 
 /// Checks a box that a person has drawn. Its centre must be within the frame, enlarged by the size
 /// of the box on all sides.

@@ -8,10 +8,10 @@ use serde::{Deserialize, Serialize};
 
 use super::{Changes, Key, Label, Project, Remark, Target, TrackedBox, Video, by_frame, check};
 
-/// The newest version that is read. It is written of projects with attributes that labels declare,
-/// or that change from frame to frame. Those with remarks are of version 2, others of version 1:
-/// older programs read what they know.
-pub const VERSION: u64 = 3;
+/// The newest version that is read. It is written of projects with outlines. Those with attributes
+/// that labels declare, or that change from frame to frame, are of version 3, those with remarks of
+/// version 2, others of version 1: older programs read what they know.
+pub const VERSION: u64 = 4;
 /// The first member of every project file.
 const FORMAT: &str = "patchlock-project";
 
@@ -126,8 +126,10 @@ pub fn write(project: &Project, revision: u64) -> serde_json::Result<Vec<u8>> {
 /// The oldest version that has all of a project.
 fn version_of(project: &Project) -> u64 {
     let declares = project.labels.iter().any(|label| !label.attributes.is_empty());
-    if declares || project.targets.iter().any(|target| !target.changes.is_empty()) {
+    if project.targets.iter().any(Target::has_outlines) {
         VERSION
+    } else if declares || project.targets.iter().any(|target| !target.changes.is_empty()) {
+        3
     } else if project.remarks.is_empty() {
         1
     } else {

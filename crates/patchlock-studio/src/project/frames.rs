@@ -39,7 +39,7 @@ impl Frames {
 
     /// The number of boxes.
     pub fn boxes(&self) -> usize {
-        self.keys.len() + self.tracked.len()
+        self.keys.values().map(Key::size).sum::<usize>() + self.tracked.len()
     }
 }
 

@@ -23,6 +23,7 @@ use std::path::PathBuf;
 
 use patchlock::{BoundingBox, Status};
 pub use patchlock_track::attributes::{Attribute, Kind};
+pub use patchlock_track::outline::Outline;
 use serde::{Deserialize, Serialize};
 
 pub use changes::Changes;
@@ -211,6 +212,36 @@ impl Target {
         key.or_else(|| tracked().map(|tracked| tracked.bbox))
     }
 
+    /// Whether a person has drawn an outline in any frame.
+    pub fn has_outlines(&self) -> bool {
+        self.keys.values().any(|key| key.outline.is_some())
+    }
+
+    /// The outline in this frame: as drawn in a key frame; between two of them, that of the nearer one,
+    /// carried along with the box. A rotated box turns from one to the other.
+    pub fn outline_at(&self, frame: usize) -> Option<Outline> {
+        if let Some(key) = self.keys.get(&frame) {
+            return key.outline.clone();
+        }
+        let bbox = self.box_at(frame)?;
+        let before = self.keys.range(..frame).next_back();
+        let after = self.keys.range(frame..).next();
+        let (Some((&from, a)), Some((&to, b))) = (before, after) else {
+            let (_, key) = before.or(after)?;
+            return Some(key.outline.as_ref()?.carried(key.bbox, bbox));
+        };
+        if a.outline.is_none() && b.outline.is_none() {
+            return None;
+        }
+        let shape = |key: &Key| key.outline.clone().unwrap_or(Outline::of_box(key.bbox, 0.0));
+        let [first, last] = [a, b].map(|key| shape(key).carried(key.bbox, bbox));
+        if first.is_rectangle() && last.is_rectangle() {
+            return Some(first.between(&last, (frame - from) as f64 / (to - from) as f64));
+        }
+        let (nearer, carried) = if frame - from <= to - frame { (a, first) } else { (b, last) };
+        nearer.outline.as_ref().map(|_| carried)
+    }
+
     /// Whether a person said that the target is not visible in this frame.
     pub fn is_hidden(&self, frame: usize) -> bool {
         let after = self.hidden.partition_point(|stretch| stretch[1] < frame);
@@ -219,18 +250,33 @@ impl Target {
 }
 
 /// A key frame: the box that a person has drawn or confirmed.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Key {
-    /// The box.
+    /// The box; with an outline, the upright one around it.
     #[serde(rename = "box")]
     pub bbox: BoundingBox,
+    /// A rotated box or a polygon.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub outline: Option<Outline>,
     /// Part of the target is hidden by something else.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub occluded: bool,
     /// Part of the target is outside the frame.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub truncated: bool,
+}
+
+impl Key {
+    /// A box without an outline, of which all is visible.
+    pub fn new(bbox: BoundingBox) -> Self {
+        Self { bbox, outline: None, occluded: false, truncated: false }
+    }
+
+    /// How many boxes have as many numbers as it.
+    pub(crate) fn size(&self) -> usize {
+        1 + self.outline.as_ref().map_or(0, |outline| outline.0.len() / 2)
+    }
 }
 
 /// A frame between key frames.

@@ -520,7 +520,7 @@ mod tests {
             add(&app.clips, &clip, |project| {
                 begun.send(()).expect("is waited for");
                 may_go_on.recv_timeout(LONG).expect("goes on");
-                let key = Key { bbox, occluded: false, truncated: false };
+                let key = Key::new(bbox);
                 let label = project.labels[0].name.clone();
                 let keys = [(0, key)].into();
                 let (attributes, changes, tracked, hidden) = Default::default();

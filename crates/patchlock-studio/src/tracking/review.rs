@@ -278,13 +278,13 @@ mod tests {
 
     /// Key frames at 0 and 100, tracked between and beyond, up to 159.
     fn target() -> Target {
-        let key = Key { bbox: BOX, occluded: false, truncated: false };
+        let key = Key::new(BOX);
         Target {
             id: 1,
             label: "car".into(),
             attributes: BTreeMap::new(),
             changes: BTreeMap::new(),
-            keys: BTreeMap::from([(0, key), (100, key)]),
+            keys: BTreeMap::from([(0, key.clone()), (100, key)]),
             tracked: (1..160).filter(|&frame| frame != 100).map(|frame| (frame, sure())).collect(),
             hidden: Vec::new(),
         }
@@ -394,10 +394,10 @@ mod tests {
         let frames = |target: &Target| doubtful(target).into_keys().collect::<Vec<_>>();
         // The key frame 100 is beside one, and not in it.
         assert_eq!(frames(&target), (40..50).chain(101..105).collect::<Vec<_>>());
-        let key = target.keys[&0];
+        let key = target.keys[&0].clone();
         for frame in [44, 45] {
             target.tracked.remove(&frame);
-            target.keys.insert(frame, key);
+            target.keys.insert(frame, key.clone());
         }
         assert_eq!(frames(&target), (101..105).collect::<Vec<_>>());
     }

@@ -50,7 +50,14 @@ fn store(place: &TestFolder) -> Store {
     for target in 1..=2 {
         for frame in 2..10 {
             let bbox = bbox(10.0 + frame as f64, 10.0, 8.0, 6.0);
-            let key = Edit::SetKey { target, frame, bbox, occluded: false, truncated: false };
+            let key = Edit::SetKey {
+                target,
+                frame,
+                bbox,
+                outline: None,
+                occluded: false,
+                truncated: false,
+            };
             store.apply(vec![key]).unwrap();
         }
     }
@@ -422,7 +429,7 @@ fn coco_and_tables_have_the_values_of_each_frame() {
 
     let table = exported(&place, store.project(), "csv", 1);
     assert!(table.lines().next().unwrap().ends_with(
-        ",frame_w,frame_h,attribute:colour,attribute:doors,attribute:light,attribute:parked,attribute:plate"
+        ",frame_w,frame_h,outline,attribute:colour,attribute:doors,attribute:light,attribute:parked,attribute:plate"
     ));
     assert!(table.contains(",'=A 1\n"), "a value is no formula: {table}");
     let mut other =

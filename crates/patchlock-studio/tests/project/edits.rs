@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 
 use crate::support::{FRAMES, TestFolder, add, bbox};
-use patchlock::Status;
+use patchlock::{BoundingBox, Status};
 use patchlock_studio::project::{
-    Attribute, Edit, Frames, Key, Kind, Label, MAX_BOXES, MAX_STEPS, Project, Store, Target,
-    TrackedBox,
+    Attribute, Edit, Frames, Key, Kind, Label, MAX_BOXES, MAX_STEPS, Outline, Project, Store,
+    Target, TrackedBox,
 };
 use proptest::prelude::*;
 
@@ -50,6 +50,7 @@ fn a_person_outweighs_the_tracker() {
         target: 1,
         frame: 7,
         bbox: bbox(1.0, 1.0, 5.0, 5.0),
+        outline: None,
         occluded: true,
         truncated: false,
     };
@@ -70,7 +71,7 @@ fn tracked_boxes_are_rounded_and_keys_are_not() {
     let mut entry = tracked(1.23456, Status::Tracked);
     (entry.score, entry.visible, entry.agreement) = (0.123_456, Some(0.666_66), Some(1.0));
     let third = bbox(1.0 / 3.0, 1.0, 5.0, 5.0);
-    let begin = Edit::AddTarget { label: "target".into(), frame: 0, bbox: third };
+    let begin = Edit::AddTarget { label: "target".into(), frame: 0, bbox: third, outline: None };
     let boxes = Edit::SetTracked { target: 1, from: 1, to: 1, tracked: [(1, entry)].into() };
     store.apply(vec![begin, boxes]).unwrap();
     let target = only(&store);
@@ -181,15 +182,20 @@ fn edits_that_are_impossible_are_refused() {
     let place = TestFolder::new();
     let mut store = place.store();
     store.apply(vec![add(0)]).unwrap();
-    let key =
-        |frame, bbox| Edit::SetKey { target: 1, frame, bbox, occluded: false, truncated: false };
+    let key = |frame, bbox| Edit::SetKey {
+        target: 1,
+        frame,
+        bbox,
+        outline: None,
+        occluded: false,
+        truncated: false,
+    };
     let one = |entry| Edit::SetTracked { target: 1, from: 3, to: 3, tracked: [(3, entry)].into() };
     let good = tracked(1.0, Status::Tracked);
     let wrong_part = Frames { hidden: vec![[3, 4], [5, 6]], ..Frames::default() };
     let both = Frames {
         hidden: vec![[3, 4]],
-        keys: [(4, Key { bbox: bbox(1.0, 1.0, 5.0, 5.0), occluded: false, truncated: false })]
-            .into(),
+        keys: [(4, Key::new(bbox(1.0, 1.0, 5.0, 5.0)))].into(),
         ..Frames::default()
     };
     let set = |frames| Edit::SetFrames { target: 1, from: 2, to: 7, frames };
@@ -224,7 +230,12 @@ fn edits_that_are_impossible_are_refused() {
         (attributes("", "x"), "name of the attribute"),
         (attributes("x", &"y".repeat(1001)), "has 1001 characters"),
         (
-            Edit::AddTarget { label: "cat".into(), frame: 0, bbox: bbox(1.0, 1.0, 5.0, 5.0) },
+            Edit::AddTarget {
+                label: "cat".into(),
+                frame: 0,
+                bbox: bbox(1.0, 1.0, 5.0, 5.0),
+                outline: None,
+            },
             "there is no label \"cat\"; the labels are \"target\"",
         ),
     ];
@@ -431,10 +442,13 @@ fn any_edit() -> impl Strategy<Value = Edit> {
     let status = prop::sample::select(vec![Status::Tracked, Status::Uncertain, Status::Lost]);
     prop_oneof![
         3 => (label.clone(), frame.clone(), place.clone())
-            .prop_map(|(label, frame, bbox)| Edit::AddTarget { label, frame, bbox }),
+            .prop_map(|(label, frame, bbox)| Edit::AddTarget { label, frame, bbox, outline: None }),
         3 => (target.clone(), frame.clone(), place, any::<bool>()).prop_map(
-            |(target, frame, bbox, occluded)| Edit::SetKey {
-                target, frame, bbox, occluded, truncated: !occluded
+            |(target, frame, bbox, occluded)| {
+                let BoundingBox { x, y, w, h } = bbox;
+                let triangle = || Outline(vec![[x, y], [x + w, y], [x + w, y + h]]);
+                let outline = occluded.then(triangle);
+                Edit::SetKey { target, frame, bbox, outline, occluded, truncated: !occluded }
             }
         ),
         1 => (target.clone(), frame.clone())

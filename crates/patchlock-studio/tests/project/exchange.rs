@@ -5,7 +5,7 @@ use std::fs;
 use patchlock::{BoundingBox, Status};
 use patchlock_studio::export::{Format, Options, write};
 use patchlock_studio::import;
-use patchlock_studio::project::{Edit, Project, Store, Target, TrackedBox};
+use patchlock_studio::project::{Edit, Key, Outline, Project, Store, Target, TrackedBox};
 use patchlock_track::export::{self, Selection};
 
 use crate::support::{FRAMES, TestFolder, add, bbox};
@@ -35,6 +35,7 @@ pub fn filled(place: &TestFolder) -> Store {
         target,
         frame,
         bbox: bbox(-2.0, 12.0, 9.0, 7.0),
+        outline: None,
         occluded,
         truncated: !occluded,
     };
@@ -162,7 +163,12 @@ fn a_label_is_no_formula_in_a_table_and_comes_back() {
     for label in ["=HYPERLINK(\"x\")", "+1 car", "-2", "@SUM(A1)", "'=1", "'s", "a, b"] {
         let place = TestFolder::new();
         let mut store = place.store();
-        let add = Edit::AddTarget { label: label.into(), frame: 0, bbox: bbox(1.0, 2.0, 9.0, 9.0) };
+        let add = Edit::AddTarget {
+            label: label.into(),
+            frame: 0,
+            bbox: bbox(1.0, 2.0, 9.0, 9.0),
+            outline: None,
+        };
         let name = Edit::AddLabel { name: label.into(), colour: None, at: None };
         store.apply(vec![name, add]).unwrap();
         let text = exported(&place, store.project(), Format::Csv);
@@ -178,6 +184,12 @@ fn a_label_is_no_formula_in_a_table_and_comes_back() {
 fn every_format_has_the_labels() {
     let place = TestFolder::new();
     let mut store = filled(&place);
+    let Key { bbox, .. } = store.project().targets[0].keys[&0].clone();
+    let BoundingBox { x, y, w, h } = bbox;
+    let outline = Some(Outline(vec![[x, y], [x + w, y], [x + w, y + h]]));
+    let (target, frame, occluded, truncated) = (1, 0, false, false);
+    let outlined = Edit::SetKey { target, frame, bbox, outline, occluded, truncated };
+    store.apply(vec![outlined]).unwrap();
     let all = Format::all().filter(|format| !format.is_file());
     for format in all {
         let out = place.folder().join(format.name());
@@ -384,7 +396,7 @@ fn files_that_are_wrong_are_refused_with_their_place() {
         (Cvat, "<a/>".into(), "begins with <a>"),
         (Cvat, "<annotations><image/></annotations>".into(), "no boxes"),
         (Cvat, cvat(""), "no boxes"),
-        (Cvat, cvat("<polygon/>"), "there are no boxes in the file. Left out: polygon (1)"),
+        (Cvat, cvat("<polyline/>"), "there are no boxes in the file. Left out: polyline (1)"),
         (Cvat, shape("").replace("\"0\"", "\"12\""), "line 3: frame 12 is not in the video"),
         (
             Cvat,
@@ -494,9 +506,9 @@ fn an_import_takes_a_time_that_follows_its_length() {
     assert!(begun.elapsed().as_secs() < 10, "{:?}", begun.elapsed());
 }
 
-/// What `patchlock track` has found is written with the rotation, and read as the boxes around it.
+/// What `patchlock track` has found is written with the rotation, and read as outlines.
 #[test]
-fn rotated_boxes_of_cvat_are_read_as_the_upright_boxes_around_them() {
+fn rotated_boxes_of_cvat_are_read_with_the_upright_boxes_around_them() {
     let place = TestFolder::new();
     let store = place.store();
     let entry = |frame: usize| {

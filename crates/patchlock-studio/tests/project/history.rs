@@ -123,7 +123,7 @@ fn content(project: &Project) -> Project {
 
 fn set_key(target: u64, frame: usize, x: u8) -> Edit {
     let bbox = BoundingBox { x: f64::from(x), ..BOX };
-    Edit::SetKey { target, frame, bbox, occluded: false, truncated: false }
+    Edit::SetKey { target, frame, bbox, outline: None, occluded: false, truncated: false }
 }
 
 fn tracked(target: u64, from: usize, to: usize, x: u8) -> Edit {
@@ -261,7 +261,14 @@ fn open(place: &TestFolder) -> Store {
 fn begin(place: &TestFolder) -> Store {
     let mut store = place.store();
     for frame in 0..TARGETS as usize {
-        store.apply(vec![Edit::AddTarget { label: "target".into(), frame, bbox: BOX }]).unwrap();
+        store
+            .apply(vec![Edit::AddTarget {
+                label: "target".into(),
+                frame,
+                bbox: BOX,
+                outline: None,
+            }])
+            .unwrap();
     }
     store.save().unwrap();
     drop(store);

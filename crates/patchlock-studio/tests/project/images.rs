@@ -26,7 +26,7 @@ fn coco_of(names: &[&str]) -> String {
 fn cvat_of(names: &[(usize, &str)]) -> String {
     let image = |(k, (id, name)): (usize, &(usize, &str))| {
         format!(
-            "<image id=\"{id}\" name=\"{name}\" width=\"64\" height=\"48\"><polygon points=\"\"/><box \
+            "<image id=\"{id}\" name=\"{name}\" width=\"64\" height=\"48\"><polyline points=\"\"/><box \
              label=\"car\" occluded=\"1\" xtl=\"1\" ytl=\"1\" xbr=\"{}\" ybr=\"6\"><attribute \
              name=\"parked\">yes</attribute></box></image>",
             k + 2
@@ -72,7 +72,7 @@ fn boxes_are_put_on_the_image_with_their_name() {
         assert_eq!(frames_by_width(&imported.targets), [frame], "{name}");
         let key = &imported.targets[0].keys[&frame];
         assert!(key.occluded && imported.targets[0].attributes["parked"] == "yes");
-        assert_eq!(imported.notes, ["Left out: polygon (1)"]);
+        assert_eq!(imported.notes, ["Left out: polyline (1)"]);
     }
     for name in ["0002.png", "1.png", "img-a", "frame_000001.png", "0003 .png", ""] {
         let said = format!("no image of the folder has the name {name:?}");
@@ -124,7 +124,7 @@ fn images_of_a_video_are_matched_by_numbers() {
     let text = cvat_of(&[(3, "frame_000003.png"), (11, "b")]);
     let imported = read(import::Format::Cvat, &text).unwrap();
     assert_eq!(frames_by_width(&imported.targets), [3, 11]);
-    assert_eq!(imported.notes, ["Left out: polygon (2)"]);
+    assert_eq!(imported.notes, ["Left out: polyline (2)"]);
 }
 
 /// A list of results of a detector, with a box for each of these images; the widths count from 1.
@@ -289,9 +289,11 @@ fn yolo_of_other_programs_is_read() {
         let files = [file("1.txt", line), file("2.txt", text)];
         import::read_files(import::Format::Yolo, &files, store.project(), &[])
     };
-    assert_eq!(read("0 0.1 0.1 0.2 0.1 0.2 0.2\n").unwrap().notes[1..], ["Left out: polygon (1)"]);
+    let polygon = &read("0 0.25 0.25 0.5 0.25 0.5 0.5\n").unwrap().targets[1].keys[&1];
+    assert_eq!(polygon.bbox, bbox(16.0, 12.0, 16.0, 12.0));
+    assert_eq!(polygon.outline.as_ref().unwrap().to_string(), "16,12;32,12;32,24");
     for (text, words) in [
-        ("0 0.5 0.5 0.5\n", "2.txt: line 1: there are 4 columns"),
+        ("0 0.5 0.5 0.5\n", "2.txt: line 1: there are 4 columns; a box has five or six"),
         ("\n0 0.5 0.5 0.5 x\n", "2.txt: line 2: column 5 is \"x\", not a number"),
         ("-1 0.5 0.5 0.5 0.5\n", "the class is \"-1\", not a whole number"),
         ("0 0.5 0.5 0 0.5\n", "2.txt: line 1: the box is "),

@@ -5,6 +5,7 @@ mod edits;
 mod exchange;
 mod history;
 mod images;
+mod outlines;
 mod shared;
 mod store;
 mod support;

@@ -31,8 +31,15 @@ fn clips(all: &[(&str, &[&str])]) -> tempfile::TempDir {
             }
             let target = store.project().next_id;
             let (label, bbox) = ((*label).to_owned(), bbox(10.0, 10.0, 8.0, 6.0));
-            let add = Edit::AddTarget { label, frame: 0, bbox };
-            let key = Edit::SetKey { target, frame: 1, bbox, occluded: false, truncated: false };
+            let add = Edit::AddTarget { label, frame: 0, bbox, outline: None };
+            let key = Edit::SetKey {
+                target,
+                frame: 1,
+                bbox,
+                outline: None,
+                occluded: false,
+                truncated: false,
+            };
             store.apply(vec![add, key]).unwrap();
         }
         store.save().unwrap();

@@ -352,7 +352,7 @@ fn files_that_are_wrong_give_clear_errors() {
     );
     let cases = [
         ("{\"format\"", "{{", "key must be a string at line 1"),
-        ("\"version\": 1", "\"version\": 4", "version 4; this program reads versions up to 3"),
+        ("\"version\": 1", "\"version\": 5", "version 5; this program reads versions up to 4"),
         ("\"version\": 1,", "", "no member `version`"),
         ("patchlock-project", "coco", "`format` is not \"patchlock-project\""),
         ("\"labels\"", "\"colours\"", "unknown field `colours`"),

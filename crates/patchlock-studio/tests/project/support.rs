@@ -81,5 +81,10 @@ pub fn bbox(x: f64, y: f64, w: f64, h: f64) -> BoundingBox {
 
 /// Adds a target in this frame, which has the label `target`.
 pub fn add(frame: usize) -> Edit {
-    Edit::AddTarget { label: "target".into(), frame, bbox: bbox(10.0, 10.0, 8.0, 6.0) }
+    Edit::AddTarget {
+        label: "target".into(),
+        frame,
+        bbox: bbox(10.0, 10.0, 8.0, 6.0),
+        outline: None,
+    }
 }

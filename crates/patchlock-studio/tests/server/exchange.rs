@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use patchlock::BoundingBox;
 use serde_json::json;
 
 use crate::support::{FRAMES, TestServer};
@@ -42,6 +43,13 @@ fn what_is_exported_can_be_imported() {
 fn all_formats_are_listed_and_what_is_left_out_is_said() {
     let server = TestServer::new();
     server.add_target(0);
+    // Formats of rotated boxes need an outline.
+    let bbox @ BoundingBox { x, y, w, h } = server.truth[0];
+    let outline = [[x, y], [x + w, y], [x + w, y + h]];
+    let edit = json!({
+        "edit": "set_key", "target": 1, "frame": 0, "box": bbox, "outline": outline,
+    });
+    server.edit(edit);
     let listed = server.get("/api/formats").json();
     let exports = listed["exports"].as_array().expect("a list").clone();
     assert!(exports.len() > 8, "{listed}");

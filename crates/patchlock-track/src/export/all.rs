@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 
 use super::output::{self, Reader};
 use super::{
-    Counts, Error, ExportSummary, Frames, Item, Job, Options, Track, check, check_some, check_word,
+    Counts, Error, ExportSummary, Frames, Item, Job, Options, Track, check, check_outlines,
+    check_some, check_word,
 };
 
 /// A clip of an export.
@@ -110,6 +111,7 @@ pub fn write_all(
 ) -> Result<ExportSummary, Error> {
     check(options)?;
     check_clips(clips.iter().map(|clip| clip.name.as_str()))?;
+    check_outlines(&options.format, clips.iter().map(|clip| &clip.track))?;
     output::check(out, false, false)?;
     let own: Vec<Options> = clips.iter().map(|clip| of_clip(clip, options)).collect();
     let divided = clips.iter().any(|clip| clip.part == Part::Val);

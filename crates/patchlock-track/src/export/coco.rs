@@ -11,17 +11,17 @@ use patchlock::BoundingBox;
 use serde_json::{Value, json};
 
 use super::format::{ImageUse, Purpose};
-use super::rotated::area;
 use super::track::Entry;
 use super::{Format, Item, Job, Part, round};
 use crate::Error;
 use crate::attributes::RESERVED;
+use crate::outline::Outline;
 
 pub const FORMAT: Format = Format {
     name: "coco",
     title: "COCO with tracks",
     content: "a JSON file with videos, tracks and track_id, to train a detector or for pycocotools; \
-              the rotated outline is the segmentation",
+              the outline is the segmentation",
     lost: Some("the attribute status, which all frames have"),
     purpose: Purpose::Training,
     images: ImageUse::Named,
@@ -101,7 +101,7 @@ impl Lists {
                 category: job.class(entry.id) + 1,
                 track: tracks_before + entry.id,
             };
-            let mut one = annotation(&ids, entry, bbox);
+            let mut one = annotation(&ids, entry, bbox, job.outline(entry).as_ref());
             add_values(&mut one["attributes"], job, entry);
             self.annotations.push(one);
         }
@@ -122,20 +122,18 @@ struct Ids {
     track: u64,
 }
 
-fn annotation(ids: &Ids, entry: &Entry, bbox: BoundingBox) -> Value {
-    // COCO's pixel k covers k to k + 1, so the centre of pixel k is at k + 0.5.
-    let outline = entry.corners.map(|corners| corners.map(|[x, y]| [x + 0.5, y + 0.5]));
+fn annotation(ids: &Ids, entry: &Entry, bbox: BoundingBox, outline: Option<&Outline>) -> Value {
     let upright = [bbox.x, bbox.y, bbox.w, bbox.h].map(round);
     let mut all = json!({
         "id": ids.annotation, "image_id": ids.image, "video_id": ids.video,
         "category_id": ids.category,
         "track_id": ids.track, "instance_id": ids.track, "attributes": {"track_id": ids.track},
         "bbox": upright,
-        "area": round(outline.as_ref().map_or(bbox.w * bbox.h, |corners| area(corners))),
+        "area": round(outline.map_or(bbox.w * bbox.h, Outline::area)),
         "iscrowd": 0,
     });
-    if let Some(outline) = outline {
-        let points: Vec<f64> = outline.as_flattened().iter().copied().map(round).collect();
+    if let Some(Outline(points)) = outline {
+        let points: Vec<f64> = points.as_flattened().iter().copied().map(round).collect();
         all["segmentation"] = json!([points]);
     }
     if let Some(status) = entry.status {

@@ -3,50 +3,48 @@
 //! a run of frames with a box, and the next box starts a new one. CVAT refuses a track without boxes,
 //! and a box in a frame that the clip does not have. A target of which less than half is visible, or
 //! whose position is uncertain, is marked as occluded. A rotated box has the sides before it is
-//! turned, and the attribute `rotation`.
+//! turned, and the attribute `rotation`. CVAT interpolates only between shapes of one kind, so that a
+//! target with a polygon has polygons in all frames.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use patchlock::{BoundingBox, Status};
 
 use super::key_frames::{keys, upright};
-use super::rotated::{self, rotation};
+use super::rotated::{self, RotatedBox, rotated_box};
 use super::track::Entry;
 use super::xml::{Document, digit};
 use super::{Format, Job, round};
-use crate::Error;
 use crate::attributes::{Attribute, Kind};
+use crate::outline::Outline;
 
 pub const FORMAT: Format = Format {
     name: "cvat",
     title: "CVAT for video 1.1",
-    content: "an XML file, to go on in CVAT; targets with a score below 0.5 or of uncertain status \
-              are marked as occluded",
+    content: "an XML file, to go on in CVAT, with rotated boxes and polygons that a person has drawn; \
+              targets with a score below 0.5 or of uncertain status are marked as occluded",
     lost: Some("outside"),
     has_key_frames: true,
-    file: Some(("xml", |job| text(job, false))),
+    file: Some(("xml", |job| Ok(text(job, false)))),
     ..Format::BASE
 };
 
 pub const FORMAT_OBB: Format = Format {
     name: "cvat-obb",
     title: "CVAT, rotated boxes",
-    content: "the same with the rotated outline: the box and its rotation; only for tables of \
-              patchlock track",
+    content: "the same with the rotated outline of the tracker: the box and its rotation; only for \
+              tables of patchlock track",
     is_rotated: true,
-    file: Some(("xml", |job| text(job, true))),
+    is_of_tracker: true,
+    file: Some(("xml", |job| Ok(text(job, true)))),
     ..FORMAT
 };
 
 /// Name of the attribute of a box of which a part is outside the frame.
 const TRUNCATED: &str = "truncated";
 
-/// The contents of the file. With `rotated`, boxes are those of the outlines.
-fn text(job: &Job<'_>, rotated: bool) -> Result<String, Error> {
-    if rotated {
-        let mut found = job.track.entries().iter().filter(|entry| entry.found().is_some());
-        found.try_for_each(|entry| job.outline(entry).map(drop))?;
-    }
+/// The contents of the file. With `tracked`, boxes without a drawn outline have that of the tracker.
+fn text(job: &Job<'_>, tracked: bool) -> String {
     let length = length(job);
     let mut xml = Document::new();
     xml.declare();
@@ -62,11 +60,11 @@ fn text(job: &Job<'_>, rotated: bool) -> Result<String, Error> {
             let (id_text, label) = (id.to_string(), job.label(id));
             let attributes = [("id", id_text.as_str()), ("label", label), ("source", "auto")];
             xml.element("track", &attributes, |xml| {
-                write_boxes(xml, job, rotated, length, &entries);
+                write_shapes(xml, job, tracked, length, &entries);
             });
         }
     });
-    Ok(xml.into_text())
+    xml.into_text()
 }
 
 /// The number of frames of the clip. If it is not known, the clip ends with the last row: CVAT refuses
@@ -143,23 +141,36 @@ fn write_definition(xml: &mut Document, name: &str, [mutable, kind, default, val
 }
 
 /// Writes the key frames of a target; occlusion and attributes change only at key frames. If the
-/// target has no box in the frame after one, the box is repeated there as outside, unless the clip of
+/// target has no box in the frame after one, the shape is repeated there as outside, unless the clip of
 /// `length` frames ends before it.
-fn write_boxes(
+fn write_shapes(
     xml: &mut Document,
     job: &Job<'_>,
-    rotated: bool,
+    tracked: bool,
     length: usize,
     entries: &[&Entry],
 ) {
     let occluded = |entry: &Entry| entry.status == Some(Status::Uncertain) || entry.is_occluded();
     let state = |entry: &Entry| (occluded(entry), job.values(entry.id, entry.frame));
-    let overlap = if rotated { rotated::overlap } else { upright };
+    let rotated = |entry: &Entry| rotated_box(job.track, entry, tracked);
+    let mut outlines = entries.iter().filter_map(|entry| job.track.outline(entry));
+    let has_polygons = outlines.any(|outline| !outline.is_rectangle());
+    let overlap = |ends: [&Entry; 2], share: f64, entry: &Entry| {
+        let boxes = || Some(([rotated(ends[0])?, rotated(ends[1])?], rotated(entry)?));
+        match boxes().filter(|(ends, own)| ends.iter().chain([own]).any(|(_, turn)| *turn != 0.0)) {
+            Some((ends, own)) if !has_polygons => rotated::overlap(ends, share, own),
+            _ => upright(ends, share, entry),
+        }
+    };
     for key in keys(entries, job.key_frames, state, overlap) {
         let entry = key.entry;
-        let rotation = if rotated { rotation(entry) } else { 0.0 };
-        let (frame, bbox, occluded) = (entry.frame, key.bbox, occluded(entry));
-        let shape = Shape { frame, bbox, rotation, outside: false, occluded };
+        let outline = job.track.outline(entry).cloned();
+        let geometry = match has_polygons {
+            true => Geometry::Polygon(outline.unwrap_or_else(|| Outline::of_box(key.bbox, 0.0))),
+            false => rotated(entry).map_or(Geometry::Box(key.bbox, 0.0), Geometry::of),
+        };
+        let (frame, occluded) = (entry.frame, occluded(entry));
+        let shape = Shape { frame, geometry, outside: false, occluded };
         shape.write(xml, job, entry);
         if key.ends && frame + 1 < length {
             Shape { frame: frame + 1, outside: true, ..shape }.write(xml, job, entry);
@@ -167,44 +178,66 @@ fn write_boxes(
     }
 }
 
-/// A box of a track.
+/// Where a target is.
+enum Geometry {
+    /// A box, and the degrees by which it is turned clockwise around its centre.
+    Box(BoundingBox, f64),
+    Polygon(Outline),
+}
+
+impl Geometry {
+    fn of((bbox, rotation): RotatedBox) -> Self {
+        Self::Box(bbox, rotation)
+    }
+
+    /// The name of its element, and the attributes that only this kind has.
+    fn attributes(&self) -> (&'static str, Vec<(&'static str, String)>) {
+        let number = |value: f64| round(value).to_string();
+        match self {
+            Self::Polygon(Outline(points)) => {
+                let points = points.iter().map(|point| point.map(round)).collect();
+                ("polygon", vec![("points", Outline(points).to_string()), ("z_order", "0".into())])
+            }
+            Self::Box(BoundingBox { x, y, w, h }, rotation) => {
+                let names = ["xtl", "ytl", "xbr", "ybr"].into_iter();
+                let mut all: Vec<_> = names.zip([*x, *y, x + w, y + h].map(number)).collect();
+                all.push(("z_order", "0".into()));
+                if *rotation != 0.0 {
+                    all.push(("rotation", number(*rotation)));
+                }
+                ("box", all)
+            }
+        }
+    }
+}
+
+/// A shape of a track.
 struct Shape {
     frame: usize,
-    bbox: BoundingBox,
-    /// Degrees by which the box is turned clockwise around its centre.
-    rotation: f64,
+    geometry: Geometry,
     outside: bool,
     occluded: bool,
 }
 
 impl Shape {
-    /// Writes the box, with the attributes of an entry.
+    /// Writes the shape, with the attributes of an entry.
     fn write(&self, xml: &mut Document, job: &Job<'_>, entry: &Entry) {
-        let BoundingBox { x, y, w, h } = self.bbox;
-        let sides = [x, y, x + w, y + h].map(|side| round(side).to_string());
+        let (name, own) = self.geometry.attributes();
         let frame = self.frame.to_string();
-        let rotation = self.rotation.to_string();
-        let mut of_box = vec![
+        let mut all = vec![
             ("frame", frame.as_str()),
             ("keyframe", "1"),
             ("outside", digit(self.outside)),
             ("occluded", digit(self.occluded)),
-            ("xtl", &sides[0]),
-            ("ytl", &sides[1]),
-            ("xbr", &sides[2]),
-            ("ybr", &sides[3]),
-            ("z_order", "0"),
         ];
-        if rotation != "0" {
-            of_box.push(("rotation", &rotation));
-        }
+        all.extend(own.iter().map(|(name, value)| (*name, value.as_str())));
         let truncated = entry.manual.map(|manual| if manual.truncated { "true" } else { "false" });
-        let own = job.values(entry.id, self.frame).into_iter();
-        let inside: Vec<_> = own.chain(truncated.map(|value| (TRUNCATED, value))).collect();
+        let values = job.values(entry.id, self.frame).into_iter();
+        let inside: Vec<_> = values.chain(truncated.map(|value| (TRUNCATED, value))).collect();
         if inside.is_empty() {
-            return xml.leaf("box", &of_box, "");
+            return xml.leaf(name, &all, "");
         }
-        xml.element("box", &of_box, |xml| {
+        xml.element(name, &all, |xml| {
             for (name, value) in inside {
                 xml.leaf("attribute", &[("name", name)], value);
             }

@@ -27,8 +27,10 @@ pub struct Format {
     pub images: ImageUse,
     /// Whether it needs the frame size.
     pub needs_size: bool,
-    /// Whether its boxes are rotated, for which each needs an outline.
+    /// Whether its boxes are rotated, for which the track needs outlines.
     pub is_rotated: bool,
+    /// Whether it is only for outlines of the tracker, which projects do not have.
+    pub is_of_tracker: bool,
     /// Whether it has key frames, between which the tool interpolates.
     pub has_key_frames: bool,
     /// What a person has to know who imports the file of a track, if there is anything.
@@ -86,6 +88,7 @@ impl Format {
         images: ImageUse::Measured,
         needs_size: true,
         is_rotated: false,
+        is_of_tracker: false,
         has_key_frames: false,
         note: None,
         file: None,

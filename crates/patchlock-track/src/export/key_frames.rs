@@ -5,6 +5,7 @@ use patchlock::BoundingBox;
 
 use super::track::Entry;
 use crate::Error;
+use crate::outline::mean;
 
 /// Which boxes are key frames, besides the first and the last of each run of frames with a box, those
 /// that a person has drawn, and those at which something else changes.
@@ -119,11 +120,5 @@ fn reach(from: usize, to: usize, fits: &impl Fn(usize, usize) -> bool) -> usize 
 /// The overlap (IoU) of the upright box of an entry with the interpolated one.
 pub fn upright(ends: [&Entry; 2], share: f64, entry: &Entry) -> f64 {
     let boxes = |[a, b]: [&Entry; 2]| Some((a.bbox?, b.bbox?, entry.bbox?));
-    boxes(ends).map_or(0.0, |(a, b, own)| mean(a, b, share).overlap(&own))
-}
-
-/// The box on a straight line between two.
-pub fn mean(a: BoundingBox, b: BoundingBox, share: f64) -> BoundingBox {
-    let side = |a: f64, b: f64| a + share * (b - a);
-    BoundingBox { x: side(a.x, b.x), y: side(a.y, b.y), w: side(a.w, b.w), h: side(a.h, b.h) }
+    boxes(ends).map_or(0.0, |(a, b, own)| mean((a, 0.0), (b, 0.0), share).0.overlap(&own))
 }

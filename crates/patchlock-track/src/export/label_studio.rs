@@ -1,16 +1,20 @@
 //! Label Studio: a JSON file with one task, to import into a project with a `Video`, a
 //! `VideoRectangle` named `box` and its `Labels`. The tracks are its prediction. Positions are
-//! percent of the frame, frames count from 1, and times are those of the frames. The tool takes
-//! frames to be as long as the `framerate` of its `Video` says. In a clip whose frames differ in
-//! length, a box is in the frame that the tool shows at its time. The tool interpolates between key frames, and holds the last one to the end of the clip. A key frame that
-//! is not enabled is the last one of a run of frames with a box: the target is shown in it, and then
-//! not before the next one.
+//! percent of the frame, frames count from 1, and times are those of the frames. A rotated box is
+//! turned around its first corner, which is its position; a polygon is the smallest one around it.
+//! The tool takes frames to be as long as the `framerate` of its `Video` says. In a clip whose frames
+//! differ in length, a box is in the frame that the tool shows at its time. The tool interpolates
+//! between key frames, and holds the last one to the end of the clip. A key frame that is not enabled
+//! is the last one of a run of frames with a box: the target is shown in it, and then not before the
+//! next one.
 
 use serde_json::{Value, json};
 
 use super::key_frames::{Key, keys, upright};
+use super::rotated::rotated_box;
 use super::track::{Entry, Track};
 use super::{Error, Format, Job, round};
+use crate::outline::Outline;
 
 pub const FORMAT: Format = Format {
     name: "label-studio",
@@ -92,12 +96,14 @@ fn sequence(job: &Job<'_>, rate: Option<f64>, entries: &[&Entry]) -> Vec<Value> 
     let (width, height) = (job.frames.size.0 as f64, job.frames.size.1 as f64);
     let keys = keys(entries, job.key_frames, |_| (), upright).into_iter();
     let value = |key: Key<'_>| {
-        let (frame, bbox) = (key.entry.frame, key.bbox);
+        let frame = key.entry.frame;
+        let (bbox, rotation) = rotated_box(job.track, key.entry, false).unwrap_or((key.bbox, 0.0));
+        let [x, y] = Outline::of_box(bbox, rotation).0[0];
         let shown = rate.map_or(frame, |rate| (job.track.time(frame) * rate).round() as usize);
         json!({
             "frame": shown + 1, "time": round(job.track.time(frame)), "enabled": !key.ends,
-            "rotation": 0,
-            "x": round(100.0 * bbox.x / width), "y": round(100.0 * bbox.y / height),
+            "rotation": if rotation == 0.0 { json!(0) } else { json!(rotation) },
+            "x": round(100.0 * x / width), "y": round(100.0 * y / height),
             "width": round(100.0 * bbox.w / width), "height": round(100.0 * bbox.h / height),
         })
     };

@@ -16,6 +16,7 @@ mod key_frames;
 mod kitti;
 mod label_studio;
 mod lasot;
+mod metadata;
 mod mot;
 mod output;
 mod rotated;
@@ -33,13 +34,15 @@ use patchlock_media::Limits;
 
 use crate::Error;
 use crate::attributes::Attribute;
+use crate::outline::Outline;
 use frames::Frames;
 
 pub use all::{Clip, Part, SplitError, split, write_all, write_texts};
 pub use format::{Format, ImageUse, Purpose};
 pub use key_frames::KeyFrames;
+pub use metadata::TargetMetadata;
 pub use selection::{Counts, Selection};
-pub use track::{Entry, ManualFlags, TargetMetadata, Track};
+pub use track::{Entry, ManualFlags, Track};
 
 impl Format {
     /// All formats.
@@ -212,15 +215,12 @@ impl<'a> Job<'a> {
         format!("{}{}", self.prefix, self.frames.name(frame))
     }
 
-    /// The outline of an entry, for a format with rotated boxes.
-    fn outline(&self, entry: &Entry) -> Result<[[f64; 2]; 4], Error> {
-        entry.corners.ok_or_else(|| {
-            Error::Export(format!(
-                "target {} of {} has no outline in frame {}; a format of rotated boxes needs one of each box, as \
-                 in a table of patchlock track. Projects have upright boxes: use yolo or cvat",
-                entry.id, self.name, entry.frame
-            ))
-        })
+    /// The outline of an entry: as a person has drawn it, or as the tracker has found it.
+    fn outline(&self, entry: &Entry) -> Option<Outline> {
+        // The centres of pixels are at whole numbers in corners of the tracker.
+        let tracked =
+            || entry.corners.map(|all| Outline(all.map(|[x, y]| [x + 0.5, y + 0.5]).into()));
+        self.track.outline(entry).cloned().or_else(tracked)
     }
 
     /// The label of a target.
@@ -276,6 +276,7 @@ pub fn write_unless(
     let format = options.format;
     output::check(out, format.is_file(), overwrite)?;
     let frames = Frames::new(track, options)?;
+    check_outlines(&format, [track])?;
     let (selected, boxes) = options.selection.of(track, &format);
     check_some(&boxes)?;
     let job = Job::new(&selected, track, options, frames);
@@ -319,6 +320,21 @@ fn check(options: &Options) -> Result<(), Error> {
         KeyFrames::Overlap(least) => refused(format!(
             "the least overlap of key frames is {least}; it must be above 0 and below 1"
         )),
+    }
+}
+
+/// Refuses tracks without outlines for a format of rotated boxes.
+fn check_outlines<'a>(
+    format: &Format,
+    tracks: impl IntoIterator<Item = &'a Track>,
+) -> Result<(), Error> {
+    match !format.is_rotated || tracks.into_iter().any(Track::has_outlines) {
+        true => Ok(()),
+        false => Err(Error::Export(format!(
+            "no box has an outline, which {} is for: tables of patchlock track have outlines, and projects in \
+             which a person has drawn some. Use yolo or cvat",
+            format.name
+        ))),
     }
 }
 

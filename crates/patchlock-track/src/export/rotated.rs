@@ -2,46 +2,47 @@
 
 use patchlock::BoundingBox;
 
-use super::key_frames::mean;
 use super::round;
-use super::track::Entry;
+use super::track::{Entry, Track};
+use crate::outline::{Outline, Point, mean};
 
-/// By how many degrees the outline of an entry is turned clockwise, from 0 to 360; 0 without one.
-pub fn rotation(entry: &Entry) -> f64 {
+/// A box before it is turned clockwise around its centre, and by how many degrees, 0 to 360.
+pub type RotatedBox = (BoundingBox, f64);
+
+/// The box of an entry: that of the outline that a person has drawn; with `tracked`, otherwise that of
+/// the tracker's outline.
+pub fn rotated_box(track: &Track, entry: &Entry, tracked: bool) -> Option<RotatedBox> {
+    let (bbox, degrees) = match track.outline(entry) {
+        Some(outline) => outline.rotated_box(),
+        None => (entry.bbox?, if tracked { rotation(entry) } else { 0.0 }),
+    };
+    Some((bbox, round(degrees) % 360.0))
+}
+
+/// By how many degrees the tracker's outline is turned clockwise; 0 without one.
+fn rotation(entry: &Entry) -> f64 {
     let Some([a, b, c, d]) = entry.corners else { return 0.0 };
     // The mean of the upper and the lower side: the outline may be not quite a rectangle.
     let [x, y] = [0, 1].map(|k| b[k] - a[k] + c[k] - d[k]);
-    round(y.atan2(x).to_degrees().rem_euclid(360.0)) % 360.0
+    y.atan2(x).to_degrees().rem_euclid(360.0)
 }
 
-/// The overlap (IoU) of the rotated box of an entry with the one between two others, as CVAT
-/// interpolates it: the angle takes the shorter way.
-pub fn overlap([a, b]: [&Entry; 2], share: f64, entry: &Entry) -> f64 {
-    let (Some(first), Some(second), Some(own)) = (a.bbox, b.bbox, entry.bbox) else { return 0.0 };
-    let by = (rotation(b) - rotation(a) + 180.0).rem_euclid(360.0) - 180.0;
-    let between = corners(mean(first, second, share), rotation(a) + share * by);
-    let own = corners(own, rotation(entry));
-    let mut shared = between.to_vec();
-    for k in 0..own.len() {
-        shared = clipped(&shared, own[k], own[(k + 1) % own.len()]);
+/// The overlap (IoU) of a rotated box with the one between two others, as CVAT interpolates it.
+pub fn overlap([a, b]: [RotatedBox; 2], share: f64, own: RotatedBox) -> f64 {
+    let (between, degrees) = mean(a, b, share);
+    let (between, own) = (Outline::of_box(between, degrees), Outline::of_box(own.0, own.1));
+    let mut shared = between.0.clone();
+    for (k, &from) in own.0.iter().enumerate() {
+        shared = clipped(&shared, from, own.0[(k + 1) % own.0.len()]);
     }
-    let both = area(&shared);
-    both / (area(&between) + area(&own) - both)
-}
-
-/// The corners of a box that is turned clockwise, in that order.
-fn corners(bbox: BoundingBox, degrees: f64) -> [[f64; 2]; 4] {
-    let (sin, cos) = degrees.to_radians().sin_cos();
-    let (w, h) = (bbox.w / 2.0, bbox.h / 2.0);
-    let (x, y) = (bbox.x + w, bbox.y + h);
-    [[-w, -h], [w, -h], [w, h], [-w, h]]
-        .map(|[u, v]| [x + u * cos - v * sin, y + u * sin + v * cos])
+    let both = Outline(shared).area();
+    both / (between.area() + own.area() - both)
 }
 
 /// The part of a convex polygon on the inner side of an edge of another one, which is clockwise.
-fn clipped(polygon: &[[f64; 2]], from: [f64; 2], to: [f64; 2]) -> Vec<[f64; 2]> {
+fn clipped(polygon: &[Point], from: Point, to: Point) -> Vec<Point> {
     let side =
-        |[x, y]: [f64; 2]| (to[0] - from[0]) * (y - from[1]) - (to[1] - from[1]) * (x - from[0]);
+        |[x, y]: Point| (to[0] - from[0]) * (y - from[1]) - (to[1] - from[1]) * (x - from[0]);
     let mut inside = Vec::new();
     for (k, &point) in polygon.iter().enumerate() {
         let next = polygon[(k + 1) % polygon.len()];
@@ -57,13 +58,6 @@ fn clipped(polygon: &[[f64; 2]], from: [f64; 2], to: [f64; 2]) -> Vec<[f64; 2]> 
     inside
 }
 
-/// The area of a polygon, by the shoelace formula.
-pub fn area(corners: &[[f64; 2]]) -> f64 {
-    let next = |k: usize| corners[(k + 1) % corners.len()];
-    let cross = |(k, [x, y]): (usize, &[f64; 2])| x * next(k)[1] - next(k)[0] * y;
-    corners.iter().enumerate().map(cross).sum::<f64>().abs() / 2.0
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -71,30 +65,16 @@ mod tests {
     #[test]
     fn boxes_overlap_as_they_are_turned() {
         let bbox = BoundingBox { x: 0.0, y: 0.0, w: 20.0, h: 10.0 };
-        let entry = |degrees: f64| Entry {
-            frame: 0,
-            id: 1,
-            bbox: Some(bbox),
-            score: None,
-            corners: Some(corners(bbox, degrees)),
-            status: None,
-            manual: None,
-        };
         let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-3, "{a} {b}");
-        let of = |a: f64, b: f64, c: f64| overlap([&entry(a), &entry(b)], 0.5, &entry(c));
+        let of = |a: f64, b: f64, c: f64| overlap([(bbox, a), (bbox, b)], 0.5, (bbox, c));
         near(of(20.0, 40.0, 30.0), 1.0);
         near(of(350.0, 10.0, 0.0), 1.0);
         // A cross: 10 x 10 are in both.
         near(of(0.0, 0.0, 90.0), 100.0 / 300.0);
         // A square and the same one on a corner: an octagon, 2 (sqrt 2 - 1) of the square.
         let square = BoundingBox { w: 10.0, ..bbox };
-        let turned = |degrees| Entry {
-            bbox: Some(square),
-            corners: Some(corners(square, degrees)),
-            ..entry(0.0)
-        };
         let octagon = 2.0 * (2.0_f64.sqrt() - 1.0);
-        let found = overlap([&turned(0.0), &turned(0.0)], 0.5, &turned(45.0));
+        let found = overlap([(square, 0.0), (square, 0.0)], 0.5, (square, 45.0));
         near(found, octagon / (2.0 - octagon));
     }
 }

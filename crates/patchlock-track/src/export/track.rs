@@ -7,8 +7,10 @@ use std::path::Path;
 use patchlock::{BoundingBox, Status};
 use serde::{Deserialize, Deserializer};
 
+use super::TargetMetadata;
 use crate::attributes::Attribute;
 use crate::files::{self, ends_with};
+use crate::outline::Outline;
 use crate::{Error, text};
 
 /// One target in one frame.
@@ -62,29 +64,6 @@ const OCCLUDED: f64 = 0.5;
 /// Frames per second of a source that has no times, as in videos of its track.
 const DEFAULT_RATE: f64 = 30.0;
 
-/// What is known of a target besides its boxes.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct TargetMetadata {
-    /// Its class, such as `car`.
-    pub label: String,
-    /// Values of attributes that are the same in all frames, by name.
-    pub attributes: BTreeMap<String, String>,
-    /// Values of the others, by name and by the frame from which they hold until the next one.
-    pub changes: BTreeMap<String, BTreeMap<usize, String>>,
-}
-
-impl TargetMetadata {
-    /// The values of all attributes in a frame, by name.
-    pub fn at(&self, frame: usize) -> BTreeMap<&str, &str> {
-        let fixed = self.attributes.iter().map(|(name, value)| (name.as_str(), value.as_str()));
-        let changing = self.changes.iter().filter_map(|(name, values)| {
-            let (_, value) = values.range(..=frame).next_back()?;
-            Some((name.as_str(), value.as_str()))
-        });
-        fixed.chain(changing).collect()
-    }
-}
-
 /// Entries ordered by frame, then by target.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Track {
@@ -98,6 +77,8 @@ pub struct Track {
     ms: BTreeMap<usize, f64>,
     metadata: BTreeMap<u64, TargetMetadata>,
     declared: BTreeMap<String, Vec<Attribute>>,
+    /// Outlines that a person has drawn, by frame and target.
+    outlines: BTreeMap<(usize, u64), Outline>,
 }
 
 /// A row of a table, read by column names. Other columns are ignored. Position cells may be empty,
@@ -217,6 +198,7 @@ impl Track {
                 ms: BTreeMap::new(),
                 metadata: BTreeMap::new(),
                 declared: BTreeMap::new(),
+                outlines: BTreeMap::new(),
             }),
         }
     }
@@ -304,6 +286,23 @@ impl Track {
         self.declared.get(label).map_or(&[], Vec::as_slice)
     }
 
+    /// The same track with outlines that a person has drawn, by frame and target. The boxes of their
+    /// entries are the upright ones around them.
+    #[must_use]
+    pub fn with_outlines(self, outlines: BTreeMap<(usize, u64), Outline>) -> Self {
+        Self { outlines, ..self }
+    }
+
+    /// The outline of an entry that a person has drawn.
+    pub(super) fn outline(&self, entry: &Entry) -> Option<&Outline> {
+        self.outlines.get(&(entry.frame, entry.id))
+    }
+
+    /// Whether any box has an outline, drawn or tracked.
+    pub(super) fn has_outlines(&self) -> bool {
+        !self.outlines.is_empty() || self.entries.iter().any(|entry| entry.corners.is_some())
+    }
+
     /// What is known of a target besides its boxes.
     pub fn metadata(&self, id: u64) -> Option<&TargetMetadata> {
         self.metadata.get(&id)
@@ -324,6 +323,7 @@ impl Track {
             ms: self.ms.clone(),
             metadata: self.metadata.clone(),
             declared: self.declared.clone(),
+            outlines: self.outlines.clone(),
         }
     }
 

@@ -3,7 +3,7 @@
 //! kept for judging are in `labels/val` and `images/val`. Boxes are clipped to the frame, as the
 //! format requires, and stay in it when they are rounded; boxes outside it are omitted. With
 //! rotated boxes, a line has the corners of the outline, each clipped to the frame, in place of the
-//! box.
+//! box; of a polygon, those of the smallest rectangle around it.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -13,6 +13,7 @@ use patchlock::BoundingBox;
 use super::format::{ImageUse, Purpose};
 use super::{Entry, Format, Item, Job, Part};
 use crate::Error;
+use crate::outline::{Outline, Point};
 
 pub const FORMAT: Format = Format {
     name: "yolo",
@@ -28,8 +29,8 @@ pub const FORMAT: Format = Format {
 pub const FORMAT_OBB: Format = Format {
     name: "yolo-obb",
     title: "YOLO, rotated boxes",
-    content: "the same with the corners of the rotated outline in place of the box; only for tables \
-              of patchlock track",
+    content: "the same with the corners of the rotated outline in place of the box, of a polygon those \
+              of the smallest rectangle around it",
     is_rotated: true,
     set: Some(|name, jobs| set(name, jobs, Shape::Outline)),
     ..FORMAT
@@ -104,16 +105,27 @@ fn labels(job: &Job<'_>, entries: &[Entry], shape: Shape) -> Result<String, Erro
                 vec![x, y, w, h]
             }
             Shape::Outline => {
-                let corners = job.outline(entry)?;
-                // A corner is a point, and the centres of pixels are at whole numbers.
-                let inside = |at: f64, side: f64| ((at + 0.5) / side).clamp(0.0, 1.0);
-                corners.iter().flat_map(|[x, y]| [inside(*x, width), inside(*y, height)]).collect()
+                let inside = |at: f64, side: f64| (at / side).clamp(0.0, 1.0);
+                let corners = corners(job, entry, bbox).into_iter();
+                corners.flat_map(|[x, y]| [inside(x, width), inside(y, height)]).collect()
             }
         };
         let numbers: Vec<String> = numbers.iter().map(|number| format!("{number:.6}")).collect();
         let _ = writeln!(lines, "{} {}", job.class(entry.id), numbers.join(" "));
     }
     Ok(lines)
+}
+
+/// The corners of a rotated box; of an upright one if there is no outline.
+fn corners(job: &Job<'_>, entry: &Entry, bbox: BoundingBox) -> Vec<Point> {
+    let outline = job.outline(entry).unwrap_or_else(|| Outline::of_box(bbox, 0.0));
+    match outline.0.len() {
+        4 if job.track.outline(entry).is_none() || outline.is_rectangle() => outline.0,
+        _ => {
+            let (bbox, degrees) = outline.rotated_box();
+            Outline::of_box(bbox, degrees).0
+        }
+    }
 }
 
 /// Centre and length of the part of a side of the frame from `from` to `to`, relative to that side.

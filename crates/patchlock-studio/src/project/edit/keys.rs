@@ -8,7 +8,7 @@ use super::{Edit, Frames, Key, Project, Result, check, refused};
 
 pub fn set_key(project: &mut Project, id: u64, frame: usize, key: Key) -> Result<Vec<Edit>> {
     check::frame(frame, &project.video).map_err(refused)?;
-    check::drawn_box(key.bbox, &project.video).map_err(refused)?;
+    check::key(&key, &project.video).map_err(refused)?;
     let new = Frames { keys: BTreeMap::from([(frame, key)]), ..Frames::default() };
     Ok(change_frames(target_mut(project, id)?, [frame; 2], |_| new))
 }

@@ -15,8 +15,8 @@ use patchlock::BoundingBox;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Attribute, Changes, Error, Frames, Key, Label, Project, Remark, ReviewDecision, Target,
-    TrackedBox, by_frame, changes, check, limits, stretches,
+    Attribute, Changes, Error, Frames, Key, Label, Outline, Project, Remark, ReviewDecision,
+    Target, TrackedBox, by_frame, changes, check, limits, stretches,
 };
 
 /// A change to a project. In JSON, the member `edit` has its name: `{"edit": "hide", "target": 1,
@@ -33,6 +33,9 @@ pub enum Edit {
         /// The box.
         #[serde(rename = "box")]
         bbox: BoundingBox,
+        /// A rotated box or a polygon, around which the box is.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        outline: Option<Outline>,
     },
     /// Makes a frame a key frame, or changes its key. If it was hidden, it is so no more.
     SetKey {
@@ -43,6 +46,9 @@ pub enum Edit {
         /// The box.
         #[serde(rename = "box")]
         bbox: BoundingBox,
+        /// A rotated box or a polygon, around which the box is.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        outline: Option<Outline>,
         /// Part of the target is hidden by something else.
         #[serde(default)]
         occluded: bool,
@@ -258,11 +264,12 @@ impl Edit {
     /// [`Error::Edit`] if the edit is not possible; the project is unchanged.
     pub fn apply(self, project: &mut Project) -> Result<Vec<Self>> {
         match self {
-            Self::AddTarget { label, frame, bbox } => {
-                targets::add_target(project, label, frame, bbox)
+            Self::AddTarget { label, frame, bbox, outline } => {
+                targets::add_target(project, label, frame, Key { outline, ..Key::new(bbox) })
             }
-            Self::SetKey { target, frame, bbox, occluded, truncated } => {
-                keys::set_key(project, target, frame, Key { bbox, occluded, truncated })
+            Self::SetKey { target, frame, bbox, outline, occluded, truncated } => {
+                let key = Key { bbox, outline, occluded, truncated };
+                keys::set_key(project, target, frame, key)
             }
             Self::RemoveKey { target, frame } => keys::remove_key(project, target, frame),
             Self::SetTracked { target, from, to, tracked } => {
@@ -439,7 +446,8 @@ impl Edit {
     /// The number of boxes and changes in the edit, which is what its memory grows with.
     pub(super) fn boxes(&self) -> usize {
         let of = |target: &Target| {
-            target.keys.len() + target.tracked.len() + changes::count(&target.changes)
+            let keys = target.keys.values().map(Key::size).sum::<usize>();
+            keys + target.tracked.len() + changes::count(&target.changes)
         };
         match self {
             Self::SetValues { changes, .. } => changes::count(changes),
@@ -447,6 +455,8 @@ impl Edit {
             Self::Import { targets } => targets.iter().map(of).sum(),
             Self::Restore { target, .. } => of(target),
             Self::SetFrames { frames, .. } => frames.boxes(),
+            Self::AddTarget { outline: Some(outline), .. }
+            | Self::SetKey { outline: Some(outline), .. } => outline.0.len() / 2,
             _ => 0,
         }
     }

@@ -2,8 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use patchlock::BoundingBox;
-
 use super::attributes::{set_values, without_boxes};
 use super::{Edit, Key, Label, Project, Result, Target, check, limits, refused, remarks};
 
@@ -11,13 +9,12 @@ pub fn add_target(
     project: &mut Project,
     label: String,
     frame: usize,
-    bbox: BoundingBox,
+    key: Key,
 ) -> Result<Vec<Edit>> {
     check::known_label(&label, &project.labels).map_err(refused)?;
     check::frame(frame, &project.video).map_err(refused)?;
-    check::drawn_box(bbox, &project.video).map_err(refused)?;
+    check::key(&key, &project.video).map_err(refused)?;
     let id = new_id(project)?;
-    let key = Key { bbox, occluded: false, truncated: false };
     project.targets.push(Target { keys: BTreeMap::from([(frame, key)]), ..empty(id, label) });
     Ok(vec![Edit::DeleteTarget { target: id }])
 }
