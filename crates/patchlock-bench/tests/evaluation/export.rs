@@ -385,7 +385,7 @@ fn names_are_escaped() {
 fn rotated_boxes_of_yolo_are_the_outlines() {
     let workspace = Workspace::new();
     let error = workspace.export(&options(format_named("yolo-obb"))).unwrap_err().to_string();
-    assert!(error.contains("no box has an outline, which yolo-obb is for"), "{error}");
+    assert!(error.contains("target 1 has no outline in frame 2, which yolo-obb needs"), "{error}");
     let entry = |frame, corners, status| Entry {
         frame,
         id: 1,
@@ -417,7 +417,7 @@ fn rotated_boxes_of_yolo_are_the_outlines() {
 fn rotated_boxes_of_cvat_have_the_sides_before_they_are_turned() {
     let workspace = Workspace::new();
     let error = workspace.export(&options(format_named("cvat-obb"))).unwrap_err().to_string();
-    assert!(error.contains("no box has an outline, which cvat-obb is for"), "{error}");
+    assert!(error.contains("target 1 has no outline in frame 2, which cvat-obb needs"), "{error}");
     let entry = |frame, corners, status| Entry {
         frame,
         id: 1,

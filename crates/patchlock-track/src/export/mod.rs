@@ -328,9 +328,16 @@ fn check_outlines<'a>(
     format: &Format,
     tracks: impl IntoIterator<Item = &'a Track>,
 ) -> Result<(), Error> {
-    match !format.is_rotated || tracks.into_iter().any(Track::has_outlines) {
-        true => Ok(()),
-        false => Err(Error::Export(format!(
+    if !format.is_rotated {
+        return Ok(());
+    }
+    match tracks.into_iter().find(|track| track.has_outlines()).map(Track::without_outline) {
+        Some(None) => Ok(()),
+        Some(Some(Entry { id, frame, .. })) => Err(Error::Export(format!(
+            "target {id} has no outline in frame {frame}, which {} needs of each box of a table. Use yolo or cvat",
+            format.name
+        ))),
+        None => Err(Error::Export(format!(
             "no box has an outline, which {} is for: tables of patchlock track have outlines, and projects in \
              which a person has drawn some. Use yolo or cvat",
             format.name

@@ -303,6 +303,12 @@ impl Track {
         !self.outlines.is_empty() || self.entries.iter().any(|entry| entry.corners.is_some())
     }
 
+    /// A box without an outline in a track of the tracker, which gives one to each box.
+    pub(super) fn without_outline(&self) -> Option<&Entry> {
+        let lacks = |entry: &&Entry| entry.corners.is_none() && entry.found().is_some();
+        self.entries.iter().find(lacks).filter(|_| self.outlines.is_empty())
+    }
+
     /// What is known of a target besides its boxes.
     pub fn metadata(&self, id: u64) -> Option<&TargetMetadata> {
         self.metadata.get(&id)
