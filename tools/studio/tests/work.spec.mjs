@@ -553,8 +553,10 @@ test.describe('with three clips', () => {
         await work.press('Shift+PageDown');
         await expect(page.locator('#notices')).toContainText('No other clip');
 
+        // What was said of a clip is not shown beside another one.
         await work.press('PageUp', 'PageUp');
         await expect(title).toHaveText('a.mp4');
+        await expect(page.locator('#notices .notice')).toHaveCount(0, { timeout: 2000 });
         await page.reload();
         await expect(page.locator('#clips-progress')).toHaveText('2 of 3 done');
         await expect(title).toHaveText('a.mp4');

@@ -6,7 +6,7 @@ import { Clip } from './clip.mjs';
 import { Frames } from './frames.mjs';
 import { counted } from './dom.mjs';
 import { whatIsLeftOf } from './left.mjs';
-import { complain, describe, settle, tell } from './notices.mjs';
+import { complain, describe, settle, tell, withdraw } from './notices.mjs';
 import { Proposals } from './proposals.mjs';
 import { asBox, ordered } from './tracks.mjs';
 
@@ -132,6 +132,7 @@ export class Editor extends EventTarget {
     async open(info, { frame, selected } = { frame: 0, selected: null }) {
         this.clip?.close();
         this.frames?.close();
+        if (this.clip && this.clip.info.id !== info.id) withdraw();
         const clip = new Clip(info);
         this.clip = clip;
         this.frames = new Frames(clip.path, info.frames, () => this.changed());

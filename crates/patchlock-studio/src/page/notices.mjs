@@ -30,6 +30,11 @@ export function tell(text, action) {
     while (byId('notices').children.length > 3) byId('notices').firstElementChild?.remove();
 }
 
+/** Takes back what was said and need not be answered, since it was about a clip that is left. */
+export function withdraw() {
+    byId('notices').replaceChildren();
+}
+
 /**
  * Says what went wrong. It stays until it is closed, or {@link settle} is called with its topic; a newer one
  * of the same topic replaces it.
