@@ -43,8 +43,7 @@ pub struct ModelArgs {
     ///
     /// patchnet is part of Patchlock. Otherwise the files of one model: their folder, or the only file;
     /// patchlock model --help says where to get one. ./patchnet is a folder of that name. robust uses
-    /// the network beside its own models, and is right more often; with none it is as fast on one
-    /// core as with a network on two.
+    /// the network beside its own models. With none, it needs one core in place of two.
     #[arg(long, value_name = "NAME|DIR|FILE")]
     pub model: Option<PathBuf>,
 
