@@ -14,6 +14,8 @@ from .geometry import CELLS, SEARCH, STRIDE, TEMPLATE, context_side, window
 
 # Share of the Hann window, punishment of changes of size, and how fast the size follows.
 WINDOW, PENALTY, RATE = 0.45, 0.2, 0.1
+# The template is half a running mean over frames with a score above the last of these.
+SHARE, MEAN_RATE, FOUND = 0.5, 0.05, 0.3
 SMALLEST = 6
 # Looks at each target by `single_looks`.
 LOOKS = 50
@@ -51,7 +53,8 @@ class Network:
 
 
 class Tracker:
-    """The plain loop: the best cell near the last place, its box, and a slow size."""
+    """The plain loop: the best cell near the last place, its box, a slow size, and a template that
+    follows the target."""
 
     def __init__(self, network, frame, box):
         self.network = network
@@ -60,13 +63,14 @@ class Tracker:
         self.size = box[2:].astype(float)
         side = context_side(*self.size)
         cut = window(frame, self.centre, side, TEMPLATE, self.border)
-        self.template = network.features(cut)
+        self.first = self.mean = network.features(cut)
 
     def update(self, frame):
         side = context_side(*self.size)
         scale = side / TEMPLATE
         cut = window(frame, self.centre, scale * SEARCH, SEARCH, self.border)
-        score, (left, top, right, bottom) = self.network.look(self.template, cut)
+        template = self.first + SHARE * (self.mean - self.first)
+        score, (left, top, right, bottom) = self.network.look(template, cut)
         width, height = (left + right) * scale, (top + bottom) * scale
         aspect = change((width / height) / (self.size[0] / self.size[1]))
         punished = np.exp(-(change(context_side(width, height) / side) * aspect - 1) * PENALTY)
@@ -83,6 +87,9 @@ class Tracker:
         rate = punished[row, column] * score[row, column] * RATE
         seen = np.array([width[row, column], height[row, column]])
         self.size = np.clip(self.size + rate * (seen - self.size), SMALLEST, limits)
+        if score[row, column] > FOUND:
+            cut = window(frame, self.centre, context_side(*self.size), TEMPLATE, self.border)
+            self.mean = self.mean + MEAN_RATE * (self.network.features(cut) - self.mean)
         return np.concatenate([self.centre - self.size / 2, self.size])
 
 
@@ -172,7 +179,7 @@ def single_look(tracker, frame, box, rng):
     scale = side / TEMPLATE
     centre = box[:2] + box[2:] / 2 + rng.normal(0, 10, 2) * scale
     cut = window(frame, centre, scale * SEARCH, SEARCH, tracker.border)
-    score, sides = tracker.network.look(tracker.template, cut)
+    score, sides = tracker.network.look(tracker.first, cut)
     row, column = np.unravel_index(np.argmax(score), score.shape)
     left, top, right, bottom = sides[:, row, column]
     start = np.array([CENTRES[column] - left, CENTRES[row] - top])

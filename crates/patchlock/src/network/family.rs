@@ -5,6 +5,18 @@ use crate::network_error::NetworkError;
 use crate::vision::frame::Frame;
 use std::fmt::Debug;
 
+/// How a template is updated: it is a mixture of that of the first frame and of a running mean over
+/// the frames in which the target is found.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TemplateUpdate {
+    /// The share of the running mean in the mixture.
+    pub share: f32,
+    /// The rate of the running mean.
+    pub rate: f32,
+    /// A frame counts if the score of the chosen cell is above this.
+    pub min_score: f64,
+}
+
 /// A network of a family, ready to run.
 pub trait Family: Debug + Send + Sync {
     /// The name, such as "NanoTrack v3".
@@ -20,10 +32,40 @@ pub trait Family: Debug + Send + Sync {
         border: [f32; 3],
         place: CentredBox,
         buffers: &mut Buffers,
-    ) -> Result<Vec<f32>, NetworkError>;
+        out: &mut Vec<f32>,
+    ) -> Result<(), NetworkError>;
 
     /// The length of a template.
     fn template_length(&self) -> usize;
+
+    /// How a template is updated; `None` if that of the first frame is kept, as published.
+    fn template_update(&self) -> Option<TemplateUpdate> {
+        None
+    }
+
+    /// Reads the window around a place into the buffers.
+    ///
+    /// # Errors
+    /// The runtime's own.
+    fn read_window(
+        &self,
+        frame: &Frame<'_>,
+        border: [f32; 3],
+        place: CentredBox,
+        buffers: &mut Buffers,
+    ) -> Result<(), NetworkError>;
+
+    /// Compares a template with the window around a place that was read last; the result is in
+    /// `buffers.predictions`.
+    ///
+    /// # Errors
+    /// The runtime's own.
+    fn compare(
+        &self,
+        template: &[f32],
+        place: CentredBox,
+        buffers: &mut Buffers,
+    ) -> Result<(), NetworkError>;
 
     /// Looks for the target in the window around a place; the result is in `buffers.predictions`.
     ///
@@ -36,7 +78,10 @@ pub trait Family: Debug + Send + Sync {
         template: &[f32],
         place: CentredBox,
         buffers: &mut Buffers,
-    ) -> Result<(), NetworkError>;
+    ) -> Result<(), NetworkError> {
+        self.read_window(frame, border, place, buffers)?;
+        self.compare(template, place, buffers)
+    }
 
     /// The logarithm of the odds that the box overlaps the target by at least half, from the logit
     /// of its cell.

@@ -39,6 +39,7 @@ mod selection;
 mod vittrack;
 
 use family::Family;
+pub(crate) use family::TemplateUpdate;
 #[cfg(feature = "network")]
 pub use known::{KNOWN_MODELS, KnownModel};
 #[cfg(feature = "network")]

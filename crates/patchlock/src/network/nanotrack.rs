@@ -5,7 +5,7 @@
 //! The numbers of [`Selection`] are those that were published with each version of NanoTrack. Those
 //! of PatchNet were chosen on development targets.
 
-use super::family::Family;
+use super::family::{Family, TemplateUpdate};
 use super::graph::CheckedGraph;
 use super::predictions::{
     Buffers, CellPredictions, CentredBox, Detection, Window, hann, hann_over,
@@ -55,7 +55,12 @@ struct Version {
     /// Slope and offset of the certainty's logit over that of the score: fitted on development
     /// targets, one half tried with the numbers of the other (benchmarks/record/committee.md).
     certainty: [f64; 2],
+    /// How its template is updated.
+    update: Option<TemplateUpdate>,
 }
+
+/// That of PatchNet; the published networks keep the template of the first frame.
+const UPDATE: TemplateUpdate = TemplateUpdate { share: 0.5, rate: 0.05, min_score: 0.3 };
 
 const VERSIONS: [Version; 3] = [
     Version {
@@ -64,6 +69,7 @@ const VERSIONS: [Version; 3] = [
         cells: 16,
         selection: Selection { window: 0.490, penalty: 0.150, rate: 0.385 },
         certainty: [0.616, -2.154],
+        update: None,
     },
     Version {
         name: "NanoTrack v3",
@@ -71,6 +77,7 @@ const VERSIONS: [Version; 3] = [
         cells: 15,
         selection: Selection { window: 0.455, penalty: 0.138, rate: 0.348 },
         certainty: [0.485, -1.607],
+        update: None,
     },
     Version {
         name: "PatchNet",
@@ -78,6 +85,7 @@ const VERSIONS: [Version; 3] = [
         cells: 16,
         selection: Selection { window: 0.45, penalty: 0.2, rate: 0.1 },
         certainty: [2.272, 0.326],
+        update: Some(UPDATE),
     },
 ];
 
@@ -158,28 +166,42 @@ impl Family for NanoTrack {
         border: [f32; 3],
         place: CentredBox,
         buffers: &mut Buffers,
-    ) -> Result<Vec<f32>, NetworkError> {
+        out: &mut Vec<f32>,
+    ) -> Result<(), NetworkError> {
         self.version.layout.template_window(place).cut(frame, border, buffers);
         let Buffers { planes, program, features, .. } = buffers;
         self.template.run(&[&planes.samples], program, features)?;
-        Ok(features[0].clone())
+        out.clone_from(&features[0]);
+        Ok(())
     }
 
     fn template_length(&self) -> usize {
         self.template.output_shapes()[0].iter().product()
     }
 
-    fn predict(
+    fn template_update(&self) -> Option<TemplateUpdate> {
+        self.version.update
+    }
+
+    fn read_window(
         &self,
         frame: &Frame<'_>,
         border: [f32; 3],
-        template: &[f32],
         place: CentredBox,
         buffers: &mut Buffers,
     ) -> Result<(), NetworkError> {
         self.version.layout.search_window(place).cut(frame, border, buffers);
-        let Buffers { planes, program, features, outputs, predictions, .. } = buffers;
-        self.search.run(&[&planes.samples], program, features)?;
+        let Buffers { planes, program, features, .. } = buffers;
+        self.search.run(&[&planes.samples], program, features)
+    }
+
+    fn compare(
+        &self,
+        template: &[f32],
+        place: CentredBox,
+        buffers: &mut Buffers,
+    ) -> Result<(), NetworkError> {
+        let Buffers { program, features, outputs, predictions, .. } = buffers;
         outputs.resize_with(2, Vec::new);
         self.head.run(&[template, &features[0]], program, outputs)?;
         let [classes, boxes] = [0, 1].map(|k| outputs[k].as_slice());

@@ -82,9 +82,15 @@ impl CellPredictions {
     /// The largest logit among the cells in the middle.
     pub fn centre_logit(&self) -> f64 {
         let side = self.logits.len().isqrt();
-        let middle = side / 2;
-        let near = middle.saturating_sub(1)..=(middle + 1).min(side.saturating_sub(1));
-        let cells = near.clone().flat_map(|y| near.clone().map(move |x| y * side + x));
+        self.logit_near(side / 2 * side + side / 2)
+    }
+
+    /// The largest logit among a cell and its neighbours.
+    pub fn logit_near(&self, cell: usize) -> f64 {
+        let side = self.logits.len().isqrt();
+        let near = |at: usize| at.saturating_sub(1)..=(at + 1).min(side.saturating_sub(1));
+        let (x, y) = (cell % side.max(1), cell / side.max(1));
+        let cells = near(y).flat_map(|y| near(x).map(move |x| y * side + x));
         cells.filter_map(|cell| self.logits.get(cell)).copied().fold(f64::NEG_INFINITY, f64::max)
     }
 

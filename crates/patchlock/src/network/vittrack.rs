@@ -97,33 +97,41 @@ impl Family for VitTrack {
         _: [f32; 3],
         place: CentredBox,
         buffers: &mut Buffers,
-    ) -> Result<Vec<f32>, NetworkError> {
+        out: &mut Vec<f32>,
+    ) -> Result<(), NetworkError> {
         let side = TEMPLATE_SIDE * root(place.size);
         Window { centre: place.centre, side, pixels: TEMPLATE }.cut(frame, BORDER, buffers);
         normalise(&mut buffers.planes.samples);
-        Ok(buffers.planes.samples.clone())
+        out.clone_from(&buffers.planes.samples);
+        Ok(())
     }
 
     fn template_length(&self) -> usize {
         3 * TEMPLATE * TEMPLATE
     }
 
-    fn predict(
+    fn read_window(
         &self,
         frame: &Frame<'_>,
         _: [f32; 3],
+        place: CentredBox,
+        buffers: &mut Buffers,
+    ) -> Result<(), NetworkError> {
+        search_window(place).cut(frame, BORDER, buffers);
+        normalise(&mut buffers.planes.samples);
+        Ok(())
+    }
+
+    fn compare(
+        &self,
         template: &[f32],
         place: CentredBox,
         buffers: &mut Buffers,
     ) -> Result<(), NetworkError> {
-        let side = SEARCH_SIDE * root(place.size);
-        let window = Window { centre: place.centre, side, pixels: SEARCH };
-        window.cut(frame, BORDER, buffers);
         let Buffers { planes, program, outputs, predictions, .. } = buffers;
-        normalise(&mut planes.samples);
         outputs.resize_with(3, Vec::new);
         self.network.run(&[template, &planes.samples], program, outputs)?;
-        decode(outputs, &window, place, predictions);
+        decode(outputs, &search_window(place), place, predictions);
         Ok(())
     }
 
@@ -134,6 +142,11 @@ impl Family for VitTrack {
     fn detect(&self, predictions: &CellPredictions, last: CentredBox) -> Detection {
         detect(&self.hann, predictions, last)
     }
+}
+
+/// The part of the frame in which the target is searched.
+fn search_window(place: CentredBox) -> Window {
+    Window { centre: place.centre, side: SEARCH_SIDE * root(place.size), pixels: SEARCH }
 }
 
 fn detect(hann: &[f64], predictions: &CellPredictions, last: CentredBox) -> Detection {

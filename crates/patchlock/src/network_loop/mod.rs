@@ -3,8 +3,8 @@
 
 use crate::config::NetworkConfig;
 use crate::estimate::{Estimate, Status};
-use crate::network::Network;
 use crate::network::predictions::{Buffers, CellPredictions, CentredBox, Detection, logistic};
+use crate::network::{Network, TemplateUpdate};
 use crate::network_error::NetworkError;
 use crate::observe::{FrameView, NetworkView, Observer};
 use crate::target_tracker::{Input, Scratch, TargetTracker};
@@ -26,16 +26,27 @@ pub(crate) struct NetworkTarget {
     place: CentredBox,
     /// The mean colour of the first frame, which is seen beyond the frame's border.
     border: [f32; 3],
-    template: Vec<f32>,
+    template: Template,
     /// Width and height of its boxes, relative to those that the network sees.
     factor: [f64; 2],
     config: NetworkConfig,
+}
+
+/// What the network keeps of the target.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct Template {
+    /// That of the first frame, by which boxes are judged.
+    first: Vec<f32>,
+    /// The one that is searched for: `first`, or its mixture with those of later frames.
+    current: Vec<f32>,
 }
 
 /// Buffers, shared by all targets of a thread.
 #[derive(Debug, Default)]
 pub(crate) struct NetworkScratch {
     buffers: Buffers,
+    /// The template of the current frame.
+    seen: Vec<f32>,
 }
 
 /// A target between two frames, as a snapshot holds it.
@@ -45,8 +56,18 @@ pub(crate) struct SavedNetwork {
     network: String,
     place: CentredBox,
     border: [f32; 3],
-    template: Vec<f32>,
+    template: Template,
     factor: [f64; 2],
+}
+
+impl Template {
+    /// Mixes in the template of a frame.
+    fn add(&mut self, seen: &[f32], update: TemplateUpdate) {
+        let TemplateUpdate { share, rate, .. } = update;
+        for ((current, &first), &seen) in self.current.iter_mut().zip(&self.first).zip(seen) {
+            *current += rate * (first + share * (seen - first) - *current);
+        }
+    }
 }
 
 impl NetworkTarget {
@@ -65,17 +86,20 @@ impl NetworkTarget {
     ) -> Result<(Self, Estimate), NetworkError> {
         let (place, border) = (CentredBox::of(bbox), frame.mean_colour());
         let (family, buffers) = (network.family(), &mut scratch.buffers);
-        let template = family.template(frame, border, place, buffers)?;
+        let mut first = Vec::new();
+        family.template(frame, border, place, buffers, &mut first)?;
         let mut factor = [1.0; 2];
         if fit > 0.0 {
-            family.predict(frame, border, &template, place, buffers)?;
+            family.predict(frame, border, &first, place, buffers)?;
             let seen = buffers.predictions.places[family.detect(&buffers.predictions, place).cell];
             factor = [0, 1].map(|k| {
                 let factor = place.size[k] / seen.size[k];
                 factor.clamp(1.0 / MOST_FACTOR, MOST_FACTOR).powf(fit)
             });
         }
-        let target = Self { network: network.clone(), place, border, template, factor, config };
+        let template = Template { current: first.clone(), first };
+        let network = network.clone();
+        let target = Self { network, place, border, template, factor, config };
         let mut estimate = Estimate::empty();
         fill(place, 1.0, Status::Tracked, &mut estimate);
         Ok((target, estimate))
@@ -94,17 +118,27 @@ impl NetworkTarget {
         show: Option<&mut dyn FnMut(NetworkView<'_>)>,
         estimate: &mut Estimate,
     ) -> Result<(), NetworkError> {
-        let Self { network, place, border, template, factor, config } = self;
-        let NetworkScratch { buffers } = scratch;
-        network.family().predict(frame, *border, template, *place, buffers)?;
-        let detected = network.family().detect(&buffers.predictions, *place);
-        *place = within(detected.place, frame.size());
-        let score = logistic(network.family().odds(buffers.predictions.logits[detected.cell]));
-        let size = [0, 1].map(|k| place.size[k] * factor[k]);
-        fill(CentredBox { size, ..*place }, score, status(score, config), estimate);
+        let Self { network, border, template, .. } = self;
+        let (family, NetworkScratch { buffers, seen }) = (network.family(), scratch);
+        family.predict(frame, *border, &template.current, self.place, buffers)?;
+        let detected = family.detect(&buffers.predictions, self.place);
         if let Some(show) = show {
             show(view(&buffers.predictions, detected));
         }
+        let place = within(detected.place, frame.size());
+        let mut log_odds = family.odds(buffers.predictions.logits[detected.cell]);
+        if let Some(update) = family.template_update() {
+            family.compare(&template.first, self.place, buffers)?;
+            log_odds = family.odds(buffers.predictions.logit_near(detected.cell));
+            if detected.score > update.min_score {
+                family.template(frame, *border, place, buffers, seen)?;
+                template.add(seen, update);
+            }
+        }
+        self.place = place;
+        let size = [0, 1].map(|k| place.size[k] * self.factor[k]);
+        let (score, found) = (logistic(log_odds), CentredBox { size, ..place });
+        fill(found, score, status(score, &self.config), estimate);
         Ok(())
     }
 
@@ -129,18 +163,21 @@ impl NetworkTarget {
             let given = network.map(|network| network.hash().to_owned());
             return Err(NetworkError::Other { needed, given }.into());
         };
-        let numbers = border.iter().chain(&template).all(|number| number.is_finite());
+        let Template { first, current } = &template;
+        let numbers = border.iter().chain(first).chain(current).all(|number| number.is_finite());
         let factors = factor.iter().all(|f| (1.0 / MOST_FACTOR..=MOST_FACTOR).contains(f));
         let is_place = place.is_sound() && place.size.iter().all(|&side| side <= MAX_SIDE);
         if !(is_place && numbers && factors) {
             return Err(crate::error::snapshot("a number of its target is out of range"));
         }
-        if template.len() != network.family().template_length() {
+        let length = network.family().template_length();
+        if [&template.first, &template.current].iter().any(|numbers| numbers.len() != length) {
             return Err(crate::error::snapshot(
                 "its template has another length than its network's",
             ));
         }
-        Ok(Self { network: network.clone(), place, border, template, factor, config })
+        let network = network.clone();
+        Ok(Self { network, place, border, template, factor, config })
     }
 }
 
@@ -166,8 +203,9 @@ impl TargetTracker for NetworkTarget {
         bbox: BoundingBox,
         scratch: &mut Scratch,
     ) -> Result<Option<f64>, NetworkError> {
-        let (family, NetworkScratch { buffers }) = (self.network.family(), scratch.of());
-        family.predict(frame, self.border, &self.template, CentredBox::of(bbox), buffers)?;
+        let (family, NetworkScratch { buffers, .. }) = (self.network.family(), scratch.of());
+        let (border, template) = (self.border, &self.template.first);
+        family.predict(frame, border, template, CentredBox::of(bbox), buffers)?;
         Ok(Some(family.odds(buffers.predictions.centre_logit())))
     }
 }
@@ -232,6 +270,26 @@ mod tests {
             FrameSize { width: 4, height: 4 },
         );
         assert_eq!(tiny, CentredBox { centre: [4.0; 2], size: [10.0; 2] });
+    }
+
+    #[test]
+    fn a_template_is_the_mixture_of_the_first_and_a_running_mean() {
+        let update = TemplateUpdate { share: 0.3, rate: 0.1, min_score: 0.0 };
+        let first = vec![1.0, -2.0, 0.5];
+        let mut template = Template { current: first.clone(), first: first.clone() };
+        let mut mean = first.clone();
+        for k in 0..50 {
+            let seen = [0.0, 1.0, 2.0].map(|at| (at + k as f32 * 0.7).sin());
+            template.add(&seen, update);
+            for (mean, seen) in mean.iter_mut().zip(seen) {
+                *mean += 0.1 * (seen - *mean);
+            }
+            let mixture = first.iter().zip(&mean).map(|(first, mean)| 0.7 * first + 0.3 * mean);
+            for (current, expected) in template.current.iter().zip(mixture) {
+                assert!((current - expected).abs() < 1e-5, "{current} {expected}");
+            }
+        }
+        assert_eq!(template.first, first);
     }
 
     #[test]
