@@ -1,5 +1,6 @@
 //! The method `network`: the loop that was published with the network. It looks at the window
-//! around the last place and moves to where the network sees the target.
+//! around the last place and moves to where the network sees the target. The template of PatchNet
+//! follows the target; boxes are judged by that of the first frame, which cannot drift.
 
 use crate::config::NetworkConfig;
 use crate::estimate::{Estimate, Status};
