@@ -307,7 +307,7 @@ pub fn iou(one: &Bound<'_, PyAny>, other: &Bound<'_, PyAny>) -> PyResult<f64> {
 }
 
 /// Reads exactly `N` numbers from a tuple, a list, an array or another iterable.
-fn numbers<const N: usize>(object: &Bound<'_, PyAny>, expected: &str) -> PyResult<[f64; N]> {
+pub fn numbers<const N: usize>(object: &Bound<'_, PyAny>, expected: &str) -> PyResult<[f64; N]> {
     let wrong = || {
         let shown = object.repr().map_or("this".to_string(), |text| text.to_string());
         format!("{expected}; not {shown}")

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use patchlock_media::Limits;
 use patchlock_studio::export::{self, Format, Options};
 use patchlock_studio::import;
-use patchlock_studio::project::{self as rust, Edit, Error, Store, Target};
+use patchlock_studio::project::{self as rust, Edit, Error, Outline, Store, Target};
 use patchlock_studio::tracking::FrameEstimate;
 use patchlock_track::files;
 use pyo3::exceptions::{PyKeyError, PyOSError, PyValueError};
@@ -14,7 +14,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::advice;
-use crate::estimate::{Estimate, box_tuple, to_box};
+use crate::estimate::{Estimate, box_tuple, numbers, to_box};
 use crate::export::{Statuses, choice, warn, warn_of};
 
 /// The annotations of a video, in a file as `patchlock studio` writes it.
@@ -125,7 +125,7 @@ impl Project {
 
     /// The boxes that a person has drawn, by frame.
     ///
-    /// Each is a dictionary with `box`, `occluded` and `truncated`.
+    /// Each is a dictionary with `box`, `occluded`, `truncated` and, if one was drawn, `outline`.
     fn keys<'py>(&self, py: Python<'py>, target: u64) -> PyResult<Bound<'py, PyDict>> {
         let all = PyDict::new(py);
         for (frame, key) in &self.target(target)?.keys {
@@ -133,6 +133,9 @@ impl Project {
             one.set_item("box", box_tuple(py, &key.bbox)?)?;
             one.set_item("occluded", key.occluded)?;
             one.set_item("truncated", key.truncated)?;
+            if let Some(Outline(points)) = &key.outline {
+                one.set_item("outline", points.iter().map(|&[x, y]| (x, y)).collect::<Vec<_>>())?;
+            }
             all.set_item(frame, one)?;
         }
         Ok(all)
@@ -178,41 +181,48 @@ impl Project {
 
     /// Adds a target with one key frame. A label that does not exist is added.
     ///
+    /// `outline` is a polygon around the target, of at least three points x, y; pixel `k` is from `k` to
+    /// `k + 1`. A rotated box has four. The box is then the upright one around it, and need not be given.
+    ///
     /// Returns:
     ///     The id of the target.
     ///
     /// Raises:
-    ///     ValueError: The frame is not in the video, or the box is not possible.
+    ///     ValueError: The frame is not in the video, or the box or the outline is not possible.
+    #[pyo3(signature = (label, frame, r#box = None, *, outline = None))]
     fn add_target(
         &mut self,
         label: String,
         frame: usize,
-        r#box: &Bound<'_, PyAny>,
+        r#box: Option<&Bound<'_, PyAny>>,
+        outline: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<u64> {
-        let (bbox, id) = (to_box(r#box)?, self.store.project().next_id);
+        let ((bbox, outline), id) = (shape(r#box, outline)?, self.store.project().next_id);
         let is_known = self.store.project().labels.iter().any(|known| known.name == label);
         let new = Edit::AddLabel { name: label.clone(), colour: None, at: None };
         let mut edits = if is_known { Vec::new() } else { vec![new] };
-        edits.push(Edit::AddTarget { label, frame, bbox, outline: None });
+        edits.push(Edit::AddTarget { label, frame, bbox, outline });
         self.apply(edits)?;
         Ok(id)
     }
 
-    /// Draws the box of a target in a frame, which becomes a key frame.
+    /// Draws the box or the outline of a target in a frame, as `add_target` takes them. The frame becomes a
+    /// key frame.
     ///
     /// Raises:
-    ///     ValueError: There is no such target, or the frame or box is not possible.
-    #[pyo3(signature = (target, frame, r#box, *, occluded = false, truncated = false))]
+    ///     ValueError: There is no such target, or the frame, the box or the outline is not possible.
+    #[pyo3(signature = (target, frame, r#box = None, *, outline = None, occluded = false, truncated = false))]
     fn set_key(
         &mut self,
         target: u64,
         frame: usize,
-        r#box: &Bound<'_, PyAny>,
+        r#box: Option<&Bound<'_, PyAny>>,
+        outline: Option<&Bound<'_, PyAny>>,
         occluded: bool,
         truncated: bool,
     ) -> PyResult<()> {
-        let bbox = to_box(r#box)?;
-        self.apply(vec![Edit::SetKey { target, frame, bbox, outline: None, occluded, truncated }])
+        let (bbox, outline) = shape(r#box, outline)?;
+        self.apply(vec![Edit::SetKey { target, frame, bbox, outline, occluded, truncated }])
     }
 
     /// Adds what a tracker found, by `Estimate.frame`, in place of the tracked boxes so far.
@@ -428,5 +438,25 @@ fn to_python(error: Error) -> PyErr {
         PyValueError::new_err(text)
     } else {
         PyOSError::new_err(text)
+    }
+}
+
+/// The box and the outline of a key frame, of which at least one is given.
+fn shape(
+    r#box: Option<&Bound<'_, PyAny>>,
+    outline: Option<&Bound<'_, PyAny>>,
+) -> PyResult<(patchlock::BoundingBox, Option<Outline>)> {
+    let point = |point: PyResult<Bound<'_, PyAny>>| {
+        numbers::<2>(&point?, "a point of an outline is two numbers x, y")
+    };
+    let points = outline.map(|outline| outline.try_iter()?.map(point).collect::<PyResult<_>>());
+    let outline = points.transpose()?.map(Outline);
+    if let Some(outline) = &outline {
+        outline.check().map_err(PyValueError::new_err)?;
+    }
+    match (r#box, &outline) {
+        (Some(bbox), _) => Ok((to_box(bbox)?, outline)),
+        (None, Some(around)) => Ok((around.bounds(), outline)),
+        (None, None) => Err(PyValueError::new_err("a key frame needs a box or an outline")),
     }
 }

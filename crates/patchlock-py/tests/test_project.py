@@ -126,6 +126,23 @@ def test_projects_are_exported_and_files_imported(project: patchlock.Project, tm
     assert [list(project.boxes(each)) for each in new] == [[k] for k in range(10)]
 
 
+def test_a_key_frame_may_have_an_outline(project: patchlock.Project):
+    corners = [(30.0, 10.0), (50.0, 20.0), (40.0, 40.0), (20.0, 30.0)]
+    dog = project.add_target("dog", 0, outline=corners)
+    project.set_key(dog, 9, (20, 10, 30, 30), outline=np.array(corners[:3] + [(20.0, 40.0)]))
+    assert project.boxes(dog)[0] == (20, 10, 30, 30)
+    keys = project.keys(dog)
+    assert [len(keys[frame]["outline"]) for frame in (0, 9)] == [4, 4], keys
+    with pytest.raises(ValueError, match="the box is 1,1,5,5"):
+        project.set_key(dog, 5, (1, 1, 5, 5), outline=corners)
+    with pytest.raises(ValueError, match="two numbers x, y"):
+        project.set_key(dog, 5, outline=[(1, 2, 3)])
+    with pytest.raises(ValueError, match="outline"):
+        project.set_key(dog, 5, outline=corners[:2])
+    with pytest.raises(ValueError, match="a box or an outline"):
+        project.set_key(dog, 5)
+
+
 def test_what_is_wrong_is_said(project: patchlock.Project, tmp_path: Path, video: Path):
     with pytest.raises(ValueError, match="frame 10 is not in the video"):
         project.add_target("car", 10, BOX)
