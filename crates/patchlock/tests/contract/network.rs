@@ -168,6 +168,33 @@ fn the_members_of_a_committee_are_the_trackers_alone() {
     }
 }
 
+/// The template of our own network follows the target; a saved target goes on with it.
+#[test]
+fn the_template_of_patchnet_follows_the_target() {
+    let mut config = TrackerConfig::from(Preset::Network);
+    config.network = Some(Network::patchnet());
+    let mut tracker = SIMPLE.begin(&config, 0);
+    let templates = |tracker: &Tracker| -> [serde_json::Value; 2] {
+        let snapshot = serde_json::to_value(tracker.snapshot()).unwrap();
+        ["first", "current"]
+            .map(|of| snapshot["track"]["target"]["network"]["template"][of].clone())
+    };
+    let [first, current] = templates(&tracker);
+    assert_eq!(first, current);
+    for k in 1..6 {
+        tracker.update(&SIMPLE.frame(k)).unwrap();
+    }
+    let [still, moved] = templates(&tracker);
+    assert_eq!(first, still);
+    assert_ne!(first, moved);
+    let mut restored =
+        Tracker::restore(tracker.snapshot().with_network(Network::patchnet())).unwrap();
+    for k in 6..12 {
+        let frame = SIMPLE.frame(k);
+        assert_eq!(tracker.update(&frame).unwrap(), restored.update(&frame).unwrap(), "frame {k}");
+    }
+}
+
 /// Whether an ONNX file is the backbone or the head is seen in it, not in the order of the files.
 #[test]
 fn a_network_is_its_files_in_any_order() {
@@ -185,12 +212,13 @@ fn a_saved_target_with_bad_numbers_is_refused() {
     let [good, _] = saved(&config);
     let value: serde_json::Value = serde_json::from_str(&good).unwrap();
     type Damage = fn(&mut serde_json::Value);
-    let damages: [(&str, Damage); 6] = [
+    let damages: [(&str, Damage); 7] = [
         ("a number of its target", |target| target["place"]["size"][0] = 0.0.into()),
         ("a number of its target", |target| target["place"]["size"][1] = (-5.0).into()),
         ("a number of its target", |target| target["place"]["size"][1] = 1e300.into()),
         ("a number of its target", |target| target["factor"][0] = 9.0.into()),
-        ("another length", |target| target["template"] = vec![0.5; 7].into()),
+        ("another length", |target| target["template"]["first"] = vec![0.5; 7].into()),
+        ("another length", |target| target["template"]["current"] = vec![0.5; 7].into()),
         ("null", |target| target["border"][2] = serde_json::Value::Null),
     ];
     for (words, damage) in damages {
