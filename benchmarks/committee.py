@@ -28,7 +28,18 @@ from calibrate import Array, Frames, logistic, regression, worth
 
 # As in crates/patchlock/src/committee/consensus.rs.
 AGREE, LEAST_ODDS, SHARE = 0.4, 1e-4, 0.2
-FILTERS, NETWORK, JUDGED = (-3.0, 5.0), (-4.0, 5.0), (-3.0, 2.0)
+FILTERS, NETWORK = (-3.0, 5.0), (-4.0, 5.0)
+
+
+class Network(NamedTuple):
+    """What differs between networks."""
+
+    judged: tuple[float, float]  # the range of its log odds as evidence
+    box_weight: float
+
+
+NETWORKS = {"PatchNet": Network((-0.5, 4.0), 0.64)}
+OTHERS = Network((-3.0, 2.0), 1.0)
 
 
 class Target(NamedTuple):
@@ -38,17 +49,18 @@ class Target(NamedTuple):
     words: Array  # log odds of filters and network, those of the network for the filters' place, overlap of both
     overlaps: Array  # with the truth: filters, network, their mean, the committee; -1 without truth
     visible: Array  # the share
+    network: Network
 
 
-def mean(boxes: list[tuple[float, ...]], log_odds: list[float]) -> tuple[float, ...]:
+def mean(boxes: list[tuple[float, ...]], log_odds: list[float], network: Network) -> tuple[float, ...]:
     """As the committee averages boxes."""
-    weights = np.exp(SHARE * np.array(log_odds))
+    weights = np.exp(SHARE * np.array(log_odds)) * [1.0, network.box_weight]
     centre = np.average([[x + (w - 1) / 2, y + (h - 1) / 2] for x, y, w, h in boxes], axis=0, weights=weights)
     w, h = np.exp(np.average(np.log([box[2:] for box in boxes]), axis=0, weights=weights))
     return (centre[0] - (w - 1) / 2, centre[1] - (h - 1) / 2, w, h)
 
 
-def track(sequence: Path, model: Path) -> Target:
+def track(sequence: Path, model: Path, network: Network) -> Target:
     true = paired.boxes_from_0(sequence / "groundtruth_rect.txt")
     words, overlaps, visible = [], [], []
     for k, image in patchlock.Frames(str(sequence / "img")):
@@ -62,18 +74,19 @@ def track(sequence: Path, model: Path) -> Target:
             log_odds = [float(np.log(p / (1 - p))) for p in odds]
             judged = seen.judgements["robust"]
             words.append([*log_odds, 0.0 if judged is None else judged, paired.overlap(*boxes)])
-            boxes += [mean(boxes, log_odds), tuple(estimate.box)]
+            boxes += [mean(boxes, log_odds, network), tuple(estimate.box)]
             overlaps.append([paired.overlap(box, true[k]) if true[k] else -1.0 for box in boxes])
             shown = estimate.visibility
             visible.append(1.0 if shown is None else float(np.mean([part.mean() for part in shown])))
     name = re.sub(r"-[frs]\d$", "", sequence.name)
-    return Target(name, np.array(words), np.array(overlaps), np.array(visible))
+    return Target(name, np.array(words), np.array(overlaps), np.array(visible), network)
 
 
 def choice(target: Target) -> Array:
     """The columns of the choice of the network's place."""
     filters, network, judged, _ = target.words.T
-    return np.stack([np.ones(len(filters)), -filters, np.clip(network, *JUDGED) - np.clip(judged, *JUDGED)], axis=1)
+    evidence = np.clip(network, *target.network.judged) - np.clip(judged, *target.network.judged)
+    return np.stack([np.ones(len(filters)), -filters, evidence], axis=1)
 
 
 def score(target: Target, network: Array) -> Array:
@@ -126,8 +139,9 @@ def main() -> None:
     sequences = [file.parent for data in args.datasets for file in sorted(data.glob("*/groundtruth_rect.txt"))]
     if not sequences:
         sys.exit(f"error: {args.datasets[0]} has no SEQUENCE/groundtruth_rect.txt")
+    network = NETWORKS.get(patchlock.Network(args.model).name, OTHERS)
     with ProcessPoolExecutor() as pool:
-        targets = list(pool.map(partial(track, model=args.model), sequences))
+        targets = list(pool.map(partial(track, model=args.model, network=network), sequences))
     weights = fit_choice(targets)
     fitted = frames(targets, weights)
     names = ["agree", "overlap", "filters", "network", "apart", "filters alone", "network alone"]

@@ -10,6 +10,7 @@ import pickle
 import signal
 import threading
 import time
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -314,6 +315,34 @@ def test_a_forked_process_continues_to_track(scene, film, threads, method):
     child.join(timeout=60)
     assert child.exitcode == 0
     assert answer == told(tracker.update(film[3]))
+
+
+@NEEDS_FORK
+@FORKS
+@pytest.mark.parametrize("method", ["made-up", "patchnet", "nanotrack-v3", "vittrack"])
+def test_a_forked_process_loads_a_network(scene, film, method):
+    """The runtime that has loaded one in the parent has threads that do not exist in the child, which loads it
+    without optimising, so that the last digits may differ."""
+    if method == "patchnet":
+        model = Path(__file__).parents[2] / "patchlock/models"
+    else:
+        model = VITTRACK if method == "made-up" else outside("PATCHLOCK_MODELS", "models", method)
+
+    def track() -> list[list[float]]:
+        tracker = patchlock.Tracker(film[0], scene.truth(0), preset="network", model=patchlock.Network(model))
+        return [list(tracker.update(frame).box) for frame in film[1:4]]
+
+    expected = track()
+    read, write = os.pipe()
+    child = os.fork()
+    if child == 0:
+        try:
+            os.write(write, json.dumps(track()).encode())
+            os._exit(0)
+        finally:
+            os._exit(1)
+    assert ended(child) == 0
+    assert np.allclose(json.loads(os.read(read, 1 << 16)), expected, atol=1e-2)
 
 
 @NEEDS_FORK

@@ -1166,7 +1166,7 @@ class Project:
     def keys(self, target: int) -> dict[int, dict[str, Any]]:
         """The boxes that a person has drawn, by frame.
 
-        Each is a dictionary with `box`, `occluded` and `truncated`.
+        Each is a dictionary with `box`, `occluded`, `truncated` and, if one was drawn, `outline`.
         """
 
     def tracked(self, target: int) -> dict[int, dict[str, Any]]:
@@ -1183,23 +1183,41 @@ class Project:
     def hidden(self, target: int) -> list[tuple[int, int]]:
         """First and last frame of each stretch in which a target is not visible."""
 
-    def add_target(self, label: str, frame: int, box: BoxLike) -> int:
+    def add_target(
+        self,
+        label: str,
+        frame: int,
+        box: BoxLike | None = None,
+        *,
+        outline: Iterable[Iterable[float]] | None = None,
+    ) -> int:
         """Adds a target with one key frame. A label that does not exist is added.
+
+        `outline` is a polygon around the target, of at least three points x, y; pixel `k` is from `k` to
+        `k + 1`. A rotated box has four. The box is then the upright one around it, and need not be given.
 
         Returns:
             The id of the target.
 
         Raises:
-            ValueError: The frame is not in the video, or the box is not possible.
+            ValueError: The frame is not in the video, or the box or the outline is not possible.
         """
 
     def set_key(
-        self, target: int, frame: int, box: BoxLike, *, occluded: bool = False, truncated: bool = False
+        self,
+        target: int,
+        frame: int,
+        box: BoxLike | None = None,
+        *,
+        outline: Iterable[Iterable[float]] | None = None,
+        occluded: bool = False,
+        truncated: bool = False,
     ) -> None:
-        """Draws the box of a target in a frame, which becomes a key frame.
+        """Draws the box or the outline of a target in a frame, as `add_target` takes them. The frame becomes a
+        key frame.
 
         Raises:
-            ValueError: There is no such target, or the frame or box is not possible.
+            ValueError: There is no such target, or the frame, the box or the outline is not possible.
         """
 
     def set_tracked(self, target: int, estimates: Iterable[Estimate]) -> None:

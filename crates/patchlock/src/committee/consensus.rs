@@ -27,6 +27,8 @@ pub(crate) struct Weights {
     alone: f64,
     /// The range to which log odds are limited in the score.
     range: [f64; 2],
+    /// The factor of the weight of its box in the mean.
+    box_weight: f64,
 }
 
 /// What a committee of the default tracker and a network does with what they say: fitted to the
@@ -52,6 +54,7 @@ const NANOTRACK: CommitteeFit = CommitteeFit {
         agreed: 0.27,
         alone: 0.65,
         range: [-3.0, 5.0],
+        box_weight: 1.0,
     },
     network: Weights {
         bias: 0.33,
@@ -60,15 +63,24 @@ const NANOTRACK: CommitteeFit = CommitteeFit {
         agreed: 0.27,
         alone: 0.48,
         range: [-4.0, 5.0],
+        box_weight: 1.0,
     },
     agreement: [0.73, 1.84],
     alone: -0.26,
 };
 
-/// With PatchNet. Only the score was fitted: a choice of places of its own gained nothing.
+/// With PatchNet. Only the score was fitted: a choice of places of its own gained nothing. Evidence
+/// and weight of the network are as before its log odds were calibrated again.
 const PATCHNET: CommitteeFit = CommitteeFit {
     filters: Weights { agreed: 0.64, alone: 0.94, ..NANOTRACK.filters },
-    network: Weights { agreed: 0.45, alone: 0.81, ..NANOTRACK.network },
+    network: Weights {
+        evidence: 0.79,
+        evidence_range: [-0.5, 4.0],
+        agreed: 0.45,
+        alone: 0.81,
+        box_weight: 0.64,
+        ..NANOTRACK.network
+    },
     agreement: [-1.29, 5.84],
     alone: 0.36,
 };
@@ -241,18 +253,18 @@ impl Group {
 /// The mean of boxes, weighed by the log odds of their members: of the centres, and of the
 /// logarithms of the sizes.
 fn mean_box<'a>(members: impl Iterator<Item = &'a Vote>) -> BoundingBox {
-    let (mut centre, mut size, mut weights) = ([0.0; 2], [0.0; 2], 0.0);
-    for Vote { bbox, log_odds, .. } in members {
-        let weight = (SHARE * log_odds).exp();
+    let (mut centre, mut size, mut sum) = ([0.0; 2], [0.0; 2], 0.0);
+    for Vote { bbox, log_odds, weights: Weights { box_weight, .. }, .. } in members {
+        let weight = box_weight * (SHARE * log_odds).exp();
         let (at, sides) = (bbox.centre(), [bbox.w, bbox.h]);
         for axis in 0..2 {
             centre[axis] += weight * at[axis];
             size[axis] += weight * sides[axis].ln();
         }
-        weights += weight;
+        sum += weight;
     }
-    let [w, h] = size.map(|sum| (sum / weights).exp());
-    BoundingBox::around(centre.map(|sum| sum / weights), w, h)
+    let [w, h] = size.map(|logarithm| (logarithm / sum).exp());
+    BoundingBox::around(centre.map(|at| at / sum), w, h)
 }
 
 #[cfg(test)]
@@ -357,6 +369,11 @@ mod tests {
         let surer = [says(HERE, 4.0, &FILTERS), says(NEAR, -1.0, &NETWORK)];
         let x = 10.0 + 4.0 / (1.0 + std::f64::consts::E);
         assert!((Consensus::of(&surer, &PARAMS).bbox.x - x).abs() < 1e-9);
+        // Half of the weight of the other.
+        const HALF: Weights = Weights { box_weight: 0.5, ..NETWORK };
+        let half = [says(HERE, 1.0, &FILTERS), says(NEAR, 1.0, &HALF)];
+        let x = 10.0 + 4.0 / 3.0;
+        assert!((Consensus::of(&half, &PARAMS).bbox.x - x).abs() < 1e-9);
     }
 
     #[test]

@@ -16,7 +16,7 @@ use rten_tensor::prelude::*;
 use rten_tensor::{Tensor, TensorView};
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 /// A graph, ready to run on inputs of fixed shapes.
 #[derive(Debug)]
@@ -272,6 +272,9 @@ fn load(file: Vec<u8>, optimize: bool) -> Result<Model, NetworkError> {
         Transpose,
         Unsqueeze
     );
+    // To optimise, `rten` waits for threads of its own, which a forked process does not have.
+    static FIRST: OnceLock<u32> = OnceLock::new();
+    let optimize = optimize && *FIRST.get_or_init(process) == process();
     let mut options = ModelOptions::with_ops(operators);
     options.enable_optimization(optimize).prepack_weights(optimize);
     options.load(file).map_err(|error| failed(&error))

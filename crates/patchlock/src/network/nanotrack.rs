@@ -84,7 +84,7 @@ const VERSIONS: [Version; 3] = [
         layout: &PATCHNET,
         cells: 16,
         selection: Selection { window: 0.45, penalty: 0.2, rate: 0.1 },
-        certainty: [2.272, 0.326],
+        certainty: [2.06, 2.53],
         update: Some(UPDATE),
     },
 ];
