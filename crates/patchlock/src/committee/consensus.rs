@@ -72,17 +72,17 @@ const NANOTRACK: CommitteeFit = CommitteeFit {
 /// With PatchNet. Only the score was fitted: a choice of places of its own gained nothing. Evidence
 /// and weight of the network are as before its log odds were calibrated again.
 const PATCHNET: CommitteeFit = CommitteeFit {
-    filters: Weights { agreed: 0.64, alone: 0.94, ..NANOTRACK.filters },
+    filters: Weights { agreed: 0.57, alone: 1.35, ..NANOTRACK.filters },
     network: Weights {
         evidence: 0.79,
         evidence_range: [-0.5, 4.0],
-        agreed: 0.45,
-        alone: 0.81,
+        agreed: 0.19,
+        alone: 0.74,
         box_weight: 0.64,
         ..NANOTRACK.network
     },
-    agreement: [-1.29, 5.84],
-    alone: 0.36,
+    agreement: [-2.72, 7.44],
+    alone: -0.84,
 };
 
 impl CommitteeFit {
