@@ -8,7 +8,7 @@ import pytest
 import torch
 from test_geometry import small_store
 
-from training import export, judge, loss, store, train
+from training import export, judge, loss, start, store, train
 from training.network import Tracker, multiply_adds
 from training.train import Settings
 
@@ -116,3 +116,14 @@ def test_the_plain_loop_follows_a_network_that_sees(tmp_path):
     assert (x + w / 2, y + h / 2) == pytest.approx((116 + 20, 96 + 4))
     rate = np.exp(-judge.PENALTY) * judge.RATE
     assert (w, h) == pytest.approx((32 + 32 * rate,) * 2)
+
+
+def test_exported_weights_can_be_trained_on(work):
+    network, again = trained_network(), Tracker()
+    export.export(network, work / "files")
+    start.begin(again, work / "files", work, Settings(batch=4))
+    inputs = [torch.rand(3, 3, side, side) * 255 for side in (64, 128)]
+    with torch.no_grad():
+        wanted, made = network(*inputs), again.eval()(*inputs)
+    for a, b in zip(wanted, made, strict=True):
+        assert torch.allclose(a, b, rtol=1e-3, atol=1e-3)

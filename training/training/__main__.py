@@ -18,7 +18,11 @@ def main(arguments=None):
     trained.add_argument("--steps", type=int, default=12000)
     trained.add_argument("--threads", type=int, default=1, help="threads of the trainer")
     trained.add_argument("--makers", type=int, default=1, help="processes that make pairs")
-    exported = commands.add_parser("export", help="write patchnet_backbone.onnx and patchnet_head.onnx")
+    trained.add_argument("--rate", type=float, default=2e-3, help="the highest rate")
+    trained.add_argument("--start", type=Path, help="folder of exported weights to begin with")
+    exported = commands.add_parser(
+        "export", help="write patchnet_backbone.onnx and patchnet_head.onnx"
+    )
     exported.add_argument("weights", type=Path, help="a file step-NNNNNN.pt of a run")
     exported.add_argument("folder", type=Path)
     judged = commands.add_parser("judge", help="follow the targets of development sets")
@@ -49,9 +53,9 @@ def pairs(options):
 def train(options):
     from . import train as training
 
-    settings = training.Settings(seed=options.seed, steps=options.steps)
+    settings = training.Settings(seed=options.seed, steps=options.steps, rate=options.rate)
     run = options.work / options.run
-    training.train(options.work, run, settings, options.threads, options.makers)
+    training.train(options.work, run, settings, options.threads, options.makers, options.start)
 
 
 def export(options):

@@ -11,6 +11,7 @@ from dataclasses import asdict, dataclass
 import torch
 
 from . import loss as losses
+from . import start
 from .batches import Batches
 from .network import Tracker
 
@@ -114,13 +115,16 @@ class Training:
                 mean.lerp_(now, share)
 
 
-def train(work, run, settings, threads, workers):
-    """Trains until the last step."""
+def train(work, run, settings, threads, workers, begun_with=None):
+    """Trains until the last step, from nothing or from the files of a folder."""
     torch.set_num_threads(threads)
     run.mkdir(parents=True, exist_ok=True)
     training = Training(settings)
     if (run / CHECKPOINT).exists():
         training.restore(run / CHECKPOINT)
+    elif begun_with:
+        start.begin(training.network, begun_with, work, settings)
+        training.mean.load_state_dict(training.network.state_dict())
     batches = Batches(work, settings.seed, settings.batch, training.step, workers)
     begun, first, sums = time.monotonic(), training.step, [0.0] * 3
     try:
