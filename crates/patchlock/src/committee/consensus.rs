@@ -196,7 +196,9 @@ impl Consensus {
             _ => {
                 let [agreement, each] = params.fit.agreement;
                 let said = of_group().map(|(_, member)| member.weights.agreed * member.in_range());
-                agreement + each * overlap + said.sum::<f64>()
+                let sum = agreement + each * overlap + said.sum::<f64>();
+                // What no member finds is not there, however close together they look for it.
+                if first.log_odds < 0.0 { sum.min(first.log_odds) } else { sum }
             }
         };
         let bbox = mean_box(of_group().map(|(_, member)| member));
@@ -344,6 +346,7 @@ mod tests {
             ([HERE, HERE], [2.0, 3.0], 0.73 + 1.84 + 0.27 * 5.0),
             ([HERE, NEAR], [2.0, 3.0], 0.73 + 1.84 * overlap + 0.27 * 5.0),
             ([HERE, NEAR], [-9.0, 9.0], 0.73 + 1.84 * overlap + 0.27 * (5.0 - 3.0)),
+            ([HERE, HERE], [-1.0, -2.0], -1.0),
             ([HERE, AWAY], [-3.0, 3.0], 0.48 * 3.0 - 0.26),
             ([HERE, AWAY], [2.0, -4.0], 0.65 * 2.0 - 0.26),
         ] {
