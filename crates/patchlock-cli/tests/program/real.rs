@@ -198,7 +198,7 @@ fn a_network_keeps_the_size() {
         let (tracked, _) = sequence.track("robust", &sequence.images, None, more);
         mean_overlap(&tracked, &truth)
     };
-    let (alone, both) = (overlap(&[]), overlap(&["--model", &folder]));
+    let (alone, both) = (overlap(&["--model", "none"]), overlap(&["--model", &folder]));
     say(&format!("CarScale: mean overlap {alone:.3} alone, {both:.3} with a network"));
     assert!(both > alone + 0.05, "{alone} {both}");
 }
