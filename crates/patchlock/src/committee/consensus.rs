@@ -69,8 +69,9 @@ const NANOTRACK: CommitteeFit = CommitteeFit {
     alone: -0.26,
 };
 
-/// With PatchNet. Only the score was fitted: a choice of places of its own gained nothing. Evidence
-/// and weight of the network are as before its log odds were calibrated again.
+/// With PatchNet. Only the score was fitted: a choice of places of its own gained nothing, so the
+/// evidence is that of NanoTrack, in units of PatchNet's log odds. These are higher for boxes that are
+/// less exact, which `box_weight` makes up for.
 const PATCHNET: CommitteeFit = CommitteeFit {
     filters: Weights { agreed: 0.57, alone: 1.35, ..NANOTRACK.filters },
     network: Weights {
