@@ -1,6 +1,5 @@
 //! Tracks many targets, which the caller identifies by its own ids.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use patchlock::{
@@ -107,12 +106,17 @@ fn step(
     frame: &Frame<'_>,
     begin: &[(u64, BoundingBox)],
 ) -> Result<Vec<TrackedTarget>, Error> {
-    let mut tracked: BTreeMap<u64, TrackedTarget> = BTreeMap::new();
+    let mut tracked: Vec<TrackedTarget> = Vec::new();
+    let mut add =
+        |target: TrackedTarget| match tracked.binary_search_by_key(&target.id, |known| known.id) {
+            Ok(k) => tracked[k] = target,
+            Err(k) => tracked.insert(k, target),
+        };
     if !ids.is_empty() {
         // Both are in the order in which the targets were added.
         for (&(id, _), TargetEstimate { estimate, .. }) in ids.iter().zip(tracker.update(frame)?) {
             let estimate = estimate.clone();
-            tracked.insert(id, TrackedTarget { id, bbox: estimate.bbox, estimate });
+            add(TrackedTarget { id, bbox: estimate.bbox, estimate });
         }
     }
     for &(id, bbox) in begin {
@@ -125,7 +129,7 @@ fn step(
                 added.estimate.clone()
             }
         };
-        tracked.insert(id, TrackedTarget { id, bbox, estimate });
+        add(TrackedTarget { id, bbox, estimate });
     }
-    Ok(tracked.into_values().collect())
+    Ok(tracked)
 }

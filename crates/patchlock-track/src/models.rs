@@ -110,7 +110,7 @@ pub fn files(path: &Path) -> Result<Vec<PathBuf>, ModelError> {
             files.push(file);
         }
     }
-    files.sort();
+    files.sort_unstable();
     if files.is_empty() {
         return Err(ModelError::NoFiles { folder: path.to_path_buf() });
     }

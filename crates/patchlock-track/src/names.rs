@@ -76,6 +76,13 @@ pub fn counted(count: usize, noun: &str) -> String {
     if count == 1 { format!("1 {noun}") } else { format!("{count} {noun}s") }
 }
 
+/// The names in alphabetical order, each once.
+pub fn distinct(mut names: Vec<&str>) -> Vec<&str> {
+    names.sort_unstable();
+    names.dedup();
+    names
+}
+
 /// Up to three known names that are similar to `name`, most similar first.
 pub fn near_matches<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
     let limit = (name.len() / 3).max(2);
@@ -83,7 +90,7 @@ pub fn near_matches<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Vec
         .map(|other| (strsim::levenshtein(name, other), other))
         .filter(|(steps, other)| *steps <= limit || (name.len() > 2 && other.contains(name)))
         .collect();
-    near.sort();
+    near.sort_unstable();
     near.into_iter().take(3).map(|(_, other)| other).collect()
 }
 

@@ -115,7 +115,7 @@ impl Outline {
     /// The corners of the convex hull in order (Andrew's monotone chain).
     fn hull(&self) -> Vec<Point> {
         let mut points = self.0.clone();
-        points.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
+        points.sort_unstable_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
         let half = |points: &mut dyn Iterator<Item = Point>| {
             let mut chain: Vec<Point> = Vec::new();
             for point in points {

@@ -286,7 +286,9 @@ fn with_file(
                     apply(&mut config, patches).map_err(invalid)?;
                 }
                 value => {
-                    apply(&mut config, toml::Table::from_iter([(name, value)])).map_err(invalid)?;
+                    let mut one = toml::Table::new();
+                    one.insert(name, value);
+                    apply(&mut config, one).map_err(invalid)?;
                 }
             }
         }

@@ -79,9 +79,9 @@ pub fn table(project: &Project) -> Result<String, Error> {
     for (target, metadata) in project.targets.iter().zip(&metadata) {
         for row in rows(target) {
             let values = metadata.at(row.frame);
-            let values = names.iter().map(|name| values.get(name.as_str()).copied());
-            let values: Vec<Cow<'_, str>> =
-                values.map(|value| as_cell(value.unwrap_or_default())).collect();
+            let value = |name: &&String| values.iter().find(|(known, _)| known == name);
+            let value = |name| as_cell(value(name).map_or("", |(_, value)| value));
+            let values: Vec<Cow<'_, str>> = names.iter().map(value).collect();
             count += usize::from(row.bbox.is_some());
             let manual = row.manual.unwrap_or_default();
             let side = |of: fn(BoundingBox) -> f64| row.bbox.map(of);

@@ -81,7 +81,7 @@ pub fn split(names: &[&str], share: f64) -> Result<Vec<Part>, SplitError> {
     }
     let count = ((share * all as f64).round() as usize).clamp(1, all - 1);
     let mut order: Vec<usize> = (0..all).collect();
-    order.sort_by_key(|&k| (scattered(names[k]), names[k]));
+    order.sort_unstable_by_key(|&k| (scattered(names[k]), names[k]));
     let mut parts = vec![Part::Train; all];
     order[..count].iter().for_each(|&k| parts[k] = Part::Val);
     Ok(parts)
@@ -127,7 +127,7 @@ pub fn write_all(
         jobs.push(job);
     }
     // A label that is not listed has the same class in all clips, too.
-    let labels: Vec<&str> = jobs.iter().flat_map(|job| job.labels.clone()).collect();
+    let labels = jobs.iter().map(|job| job.labels.clone()).collect::<Vec<_>>().concat();
     for job in &mut jobs {
         for &label in &labels {
             job.add(label);

@@ -86,7 +86,7 @@ impl Lists {
         let video = self.videos.len() + 1;
         self.videos.push(json!({"id": video, "name": job.name, "width": width, "height": height}));
         let (images_before, tracks_before) = (self.images.len(), self.last_track);
-        let frames: Vec<usize> = job.track.frames().into_iter().collect();
+        let frames = job.track.frames();
         self.images.extend(frames.iter().enumerate().map(|(k, &frame)| {
             json!({
                 "id": images_before + k + 1, "video_id": video, "frame_id": frame,

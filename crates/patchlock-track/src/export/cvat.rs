@@ -6,8 +6,6 @@
 //! turned, and the attribute `rotation`. CVAT interpolates only between shapes of one kind, so that a
 //! target with a polygon has polygons in all frames.
 
-use std::collections::{BTreeMap, BTreeSet};
-
 use patchlock::{BoundingBox, Status};
 
 use super::key_frames::{keys, upright};
@@ -16,6 +14,7 @@ use super::track::Entry;
 use super::xml::{Document, digit};
 use super::{Format, Job, round};
 use crate::attributes::{Attribute, Kind};
+use crate::names;
 use crate::outline::Outline;
 
 pub const FORMAT: Format = Format {
@@ -90,14 +89,14 @@ fn write_task(xml: &mut Document, job: &Job<'_>, frames: usize) {
 /// Writes the definitions of all labels, each with the attributes that it declares, and others that
 /// its targets have.
 fn write_labels(xml: &mut Document, job: &Job<'_>) {
-    let mut others: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
+    let mut others = Vec::new();
     for id in job.track.ids() {
-        let of_target =
-            job.track.metadata(id).into_iter().flat_map(|metadata| metadata.attributes.keys());
+        let Some(metadata) = job.track.metadata(id) else { continue };
         let is_declared =
             |name: &str| job.declared(id).iter().any(|attribute| attribute.name == name);
-        let of_target = of_target.map(String::as_str).filter(|name| !is_declared(name));
-        others.entry(job.label(id)).or_default().extend(of_target);
+        let names = metadata.attributes.keys().map(String::as_str);
+        let of_target = names.filter(|name| !is_declared(name));
+        others.extend(of_target.map(|name| (job.label(id), name)));
     }
     let truncated = job.track.entries().iter().any(|entry| entry.manual.is_some());
     for label in &job.labels {
@@ -106,7 +105,8 @@ fn write_labels(xml: &mut Document, job: &Job<'_>) {
             xml.element("attributes", &[], |xml| {
                 job.track.declared(label).iter().for_each(|it| write_declared(xml, it));
                 // A label of the project may have no target in this clip.
-                for name in others.get(label).into_iter().flatten() {
+                let own = others.iter().filter(|(of, _)| of == label);
+                for name in names::distinct(own.map(|(_, name)| *name).collect()) {
                     write_definition(xml, name, ["False", "text", "", ""]);
                 }
                 if truncated {

@@ -2,7 +2,6 @@
 //! in its list [`Format::ALL`]: the program, the Python package and the studio take what they say from
 //! it.
 
-use std::collections::BTreeSet;
 use std::fmt;
 
 use patchlock::Status;
@@ -119,7 +118,10 @@ impl Format {
     /// What a person has to know who imports these tracks.
     pub(super) fn notes<'a>(&self, tracks: impl IntoIterator<Item = &'a Track>) -> Vec<String> {
         let notes = tracks.into_iter().filter_map(|track| self.note?(track));
-        notes.collect::<BTreeSet<_>>().into_iter().collect()
+        let mut notes: Vec<String> = notes.collect();
+        notes.sort_unstable();
+        notes.dedup();
+        notes
     }
 
     /// Whether the format is a single file, as opposed to a folder.

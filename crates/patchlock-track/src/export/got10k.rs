@@ -2,7 +2,6 @@
 //! line, `meta_info.ini`, and the frames as `00000001.jpg`; and `list.txt` with the names of the
 //! sequences.
 
-use std::collections::BTreeMap;
 use std::path::Path;
 
 use patchlock::BoundingBox;
@@ -29,10 +28,15 @@ const COVER_LEVELS: f64 = 8.0;
 
 /// The files of the clips, and a list of the sequences of each folder.
 fn set(_: &str, jobs: &[Job<'_>]) -> Result<Vec<Vec<Item>>, Error> {
-    let mut lists: BTreeMap<&str, String> = BTreeMap::new();
+    let mut lists: Vec<(&str, String)> = Vec::new();
     let mut clips = Vec::new();
     for job in jobs {
-        let list = lists.entry(job.folder).or_default();
+        let known = lists.iter().position(|(folder, _)| *folder == job.folder);
+        let k = known.unwrap_or_else(|| {
+            lists.push((job.folder, String::new()));
+            lists.len() - 1
+        });
+        let list = &mut lists[k].1;
         let mut items = Vec::new();
         for sequence in sequences(job.track)? {
             let name = format!("{}_{:06}", job.name, sequence.id);

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use crate::names;
+
 /// What is known of a target besides its boxes.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct TargetMetadata {
@@ -14,13 +16,14 @@ pub struct TargetMetadata {
 }
 
 impl TargetMetadata {
-    /// The values of all attributes in a frame, by name.
-    pub fn at(&self, frame: usize) -> BTreeMap<&str, &str> {
-        let fixed = self.attributes.iter().map(|(name, value)| (name.as_str(), value.as_str()));
-        let changing = self.changes.iter().filter_map(|(name, values)| {
-            let (_, value) = values.range(..=frame).next_back()?;
-            Some((name.as_str(), value.as_str()))
-        });
-        fixed.chain(changing).collect()
+    /// The names and values of all attributes in a frame, ordered by name.
+    pub fn at(&self, frame: usize) -> Vec<(&str, &str)> {
+        let names = self.attributes.keys().chain(self.changes.keys()).map(String::as_str);
+        let value = |name: &str| {
+            let changed = self.changes.get(name).and_then(|all| all.range(..=frame).next_back());
+            changed.map(|(_, value)| value).or_else(|| self.attributes.get(name))
+        };
+        let names = names::distinct(names.collect()).into_iter();
+        names.filter_map(|name| Some((name, value(name)?.as_str()))).collect()
     }
 }

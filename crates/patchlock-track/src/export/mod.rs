@@ -27,7 +27,7 @@ mod voc;
 mod xml;
 mod yolo;
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use patchlock_media::Limits;
@@ -233,8 +233,8 @@ impl<'a> Job<'a> {
         self.classes.get(self.label(id)).copied().unwrap_or(0)
     }
 
-    /// The values of a target's attributes in a frame, by name.
-    fn values(&self, id: u64, frame: usize) -> BTreeMap<&str, &str> {
+    /// The names and values of a target's attributes in a frame.
+    fn values(&self, id: u64, frame: usize) -> Vec<(&str, &str)> {
         self.track.metadata(id).map(|metadata| metadata.at(frame)).unwrap_or_default()
     }
 
@@ -292,7 +292,7 @@ pub fn write_unless(
         return output::write_file(out, &text, overwrite).map(|()| written(1));
     }
     let set = format.set.map(|set| set(&options.name, &[job])).transpose()?;
-    let items: Vec<Item> = set.into_iter().flatten().flatten().collect();
+    let items: Vec<Item> = set.unwrap_or_default().into_iter().flatten().collect();
     output::check_not(stopped)?;
     let reader = output::Reader::new(options)?;
     let files = items.len();

@@ -1,7 +1,5 @@
 //! Which boxes of a track are written, and the count of the others.
 
-use std::collections::BTreeSet;
-
 use patchlock::Status;
 
 use super::format::{Format, Purpose};
@@ -102,12 +100,12 @@ impl Selection {
         let reasons: Vec<(&Entry, Option<Reason>)> = reasons.collect();
         let left = reasons.iter().filter(|(_, reason)| reason.is_some());
         let whole = format.purpose != Purpose::Exchange;
-        let frames: BTreeSet<usize> =
-            left.filter(|_| whole).map(|(entry, _)| entry.frame).collect();
+        let frames: Vec<usize> = left.filter(|_| whole).map(|(entry, _)| entry.frame).collect();
         let mut counts = Counts::default();
         let mut kept = Vec::new();
         for (entry, reason) in reasons {
-            let beside = || frames.contains(&entry.frame).then_some(Reason::Beside);
+            let is_left = || frames.binary_search(&entry.frame).is_ok();
+            let beside = || is_left().then_some(Reason::Beside);
             let reason = reason.or_else(beside);
             if entry.bbox.is_some() {
                 counts.add(entry, reason);

@@ -23,7 +23,7 @@ pub struct Sequence<'a> {
 /// # Errors
 /// [`Error::Export`] if they have more than [`MOST_LINES`] frames together.
 pub fn sequences(track: &Track) -> Result<Vec<Sequence<'_>>, Error> {
-    let frames: Vec<usize> = track.frames().into_iter().collect();
+    let frames = track.frames();
     let mut spans = Vec::new();
     for (id, mut own) in track.by_target() {
         own.drain(..own.iter().take_while(|entry| entry.found().is_none()).count());

@@ -1,8 +1,9 @@
 //! A track: the boxes of all targets in all frames. It is read from files saved by `patchlock
 //! track`, or from text with one box per line.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
+use std::sync::Arc;
 
 use patchlock::{BoundingBox, Status};
 use serde::{Deserialize, Deserializer};
@@ -64,7 +65,8 @@ const OCCLUDED: f64 = 0.5;
 /// Frames per second of a source that has no times, as in videos of its track.
 const DEFAULT_RATE: f64 = 30.0;
 
-/// Entries ordered by frame, then by target.
+/// Entries ordered by frame, then by target. What belongs to them is shared by the tracks with some of
+/// them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Track {
     entries: Vec<Entry>,
@@ -72,13 +74,13 @@ pub struct Track {
     /// The number of frames of the clip.
     clip_frames: Option<usize>,
     /// Seconds from the first frame of the source, by frame.
-    times: BTreeMap<usize, f64>,
+    times: Arc<HashMap<usize, f64>>,
     /// Milliseconds that the tracker took, by frame.
-    ms: BTreeMap<usize, f64>,
-    metadata: BTreeMap<u64, TargetMetadata>,
-    declared: BTreeMap<String, Vec<Attribute>>,
+    ms: Arc<HashMap<usize, f64>>,
+    metadata: Arc<BTreeMap<u64, TargetMetadata>>,
+    declared: Arc<BTreeMap<String, Vec<Attribute>>>,
     /// Outlines that a person has drawn, by frame and target.
-    outlines: BTreeMap<(usize, u64), Outline>,
+    outlines: Arc<BTreeMap<(usize, u64), Outline>>,
 }
 
 /// A row of a table, read by column names. Other columns are ignored. Position cells may be empty,
@@ -176,7 +178,7 @@ impl Track {
         if entries.iter().all(|entry| entry.bbox.is_none()) {
             return Err(Error::Export("the track has no boxes".to_string()));
         }
-        entries.sort_by_key(|entry| (entry.frame, entry.id));
+        entries.sort_unstable_by_key(|entry| (entry.frame, entry.id));
         for entry in &entries {
             check(entry).map_err(|what| {
                 Error::Export(format!("target {} in frame {}: {what}", entry.id, entry.frame))
@@ -194,11 +196,11 @@ impl Track {
                 entries,
                 size: None,
                 clip_frames: None,
-                times: BTreeMap::new(),
-                ms: BTreeMap::new(),
-                metadata: BTreeMap::new(),
-                declared: BTreeMap::new(),
-                outlines: BTreeMap::new(),
+                times: Arc::default(),
+                ms: Arc::default(),
+                metadata: Arc::default(),
+                declared: Arc::default(),
+                outlines: Arc::default(),
             }),
         }
     }
@@ -224,8 +226,11 @@ impl Track {
             )));
         };
         let size = one_size(lines.iter().map(|line| line.size), path)?;
-        let times = lines.iter().filter_map(|line| Some((line.entry.frame, line.time?))).collect();
-        let ms = lines.iter().filter_map(|line| Some((line.entry.frame, line.ms?))).collect();
+        let by_frame = |value: fn(&Line) -> Option<f64>| {
+            let known = lines.iter().filter_map(|line| Some((line.entry.frame, value(line)?)));
+            Arc::new(known.collect())
+        };
+        let (times, ms) = (by_frame(|line| line.time), by_frame(|line| line.ms));
         let entries = lines.into_iter().map(|line| line.entry).collect();
         Ok(Self { size, times, ms, ..Self::new(entries)? })
     }
@@ -272,13 +277,13 @@ impl Track {
     /// label of the [`Options`](super::Options).
     #[must_use]
     pub fn with_targets(self, metadata: BTreeMap<u64, TargetMetadata>) -> Self {
-        Self { metadata, ..self }
+        Self { metadata: metadata.into(), ..self }
     }
 
     /// The same track with the attributes that labels declare, by label.
     #[must_use]
     pub fn with_declared(self, declared: BTreeMap<String, Vec<Attribute>>) -> Self {
-        Self { declared, ..self }
+        Self { declared: declared.into(), ..self }
     }
 
     /// The attributes that a label declares.
@@ -290,7 +295,7 @@ impl Track {
     /// entries are the upright ones around them.
     #[must_use]
     pub fn with_outlines(self, outlines: BTreeMap<(usize, u64), Outline>) -> Self {
-        Self { outlines, ..self }
+        Self { outlines: outlines.into(), ..self }
     }
 
     /// The outline of an entry that a person has drawn.
@@ -321,41 +326,39 @@ impl Track {
 
     /// The same track with only these of its entries.
     pub(super) fn with_entries(&self, entries: Vec<Entry>) -> Self {
-        Self {
-            entries,
-            size: self.size,
-            clip_frames: self.clip_frames,
-            times: self.times.clone(),
-            ms: self.ms.clone(),
-            metadata: self.metadata.clone(),
-            declared: self.declared.clone(),
-            outlines: self.outlines.clone(),
-        }
+        Self { entries, ..self.clone() }
     }
 
     /// The number of targets that have a box.
     pub(super) fn targets_with_boxes(&self) -> usize {
-        let with_box = self.entries.iter().filter(|entry| entry.bbox.is_some());
-        with_box.map(|entry| entry.id).collect::<BTreeSet<_>>().len()
+        let has_box = |own: &[&Entry]| own.iter().any(|entry| entry.bbox.is_some());
+        self.by_target().iter().filter(|(_, own)| has_box(own)).count()
     }
 
     /// The ids of all targets, in increasing order.
-    pub fn ids(&self) -> BTreeSet<u64> {
-        self.entries.iter().map(|entry| entry.id).collect()
+    pub fn ids(&self) -> Vec<u64> {
+        let mut ids: Vec<u64> = self.entries.iter().map(|entry| entry.id).collect();
+        ids.sort_unstable();
+        ids.dedup();
+        ids
     }
 
-    /// The entries of each target, ordered by frame.
-    pub(super) fn by_target(&self) -> BTreeMap<u64, Vec<&Entry>> {
-        let mut targets: BTreeMap<u64, Vec<&Entry>> = BTreeMap::new();
+    /// The entries of each target, ordered by frame; the targets in increasing order of their ids.
+    pub(super) fn by_target(&self) -> Vec<(u64, Vec<&Entry>)> {
+        let ids = self.ids().into_iter();
+        let mut targets: Vec<(u64, Vec<&Entry>)> = ids.map(|id| (id, Vec::new())).collect();
         for entry in &self.entries {
-            targets.entry(entry.id).or_default().push(entry);
+            let place = targets.partition_point(|(id, _)| *id < entry.id);
+            targets[place].1.push(entry);
         }
         targets
     }
 
     /// The frames with an entry, in increasing order.
-    pub fn frames(&self) -> BTreeSet<usize> {
-        self.entries.iter().map(|entry| entry.frame).collect()
+    pub fn frames(&self) -> Vec<usize> {
+        let mut frames: Vec<usize> = self.entries.iter().map(|entry| entry.frame).collect();
+        frames.dedup();
+        frames
     }
 }
 
@@ -468,7 +471,7 @@ mod tests {
     fn all_file_types_are_read() {
         let csv =
             read("a.csv", "frame,x,y,w,h,score\n4,10.5,0,30,20,0.5\n2,9,1,30,20,1\n").unwrap();
-        assert_eq!(csv.frames().into_iter().collect::<Vec<_>>(), [2, 4]);
+        assert_eq!(csv.frames(), [2, 4]);
         let jsonl = "{\"frame\":2,\"x\":9,\"y\":1,\"w\":30,\"h\":20,\"score\":1.0}\n\
                      {\"frame\":4,\"x\":10.5,\"y\":0,\"w\":30,\"h\":20,\"score\":0.5,\"note\":3}\n";
         assert_eq!(read("a.jsonl", jsonl).unwrap(), csv);
@@ -476,14 +479,14 @@ mod tests {
         let boxes =
             |track: &Track| track.entries().iter().filter_map(Entry::found).collect::<Vec<_>>();
         assert_eq!(boxes(&txt), boxes(&csv));
-        assert_eq!(txt.frames().into_iter().collect::<Vec<_>>(), [0, 1, 2]);
+        assert_eq!(txt.frames(), [0, 1, 2]);
         let many = read(
             "a.csv",
             "frame,id,x,y,w,h,x1,y1,x2,y2,x3,y3,x4,y4\n\
              0,7,1,2,3,4,1,2,3,4,5,6,7,8\n0,3,1,2,3,4,,,,,,,,\n",
         );
         let many = many.unwrap();
-        assert_eq!(many.ids().into_iter().collect::<Vec<_>>(), [3, 7]);
+        assert_eq!(many.ids(), [3, 7]);
         assert_eq!(many.entries()[0].corners, None);
         assert_eq!(
             many.entries()[1].corners,

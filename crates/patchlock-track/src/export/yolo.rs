@@ -107,7 +107,8 @@ fn labels(job: &Job<'_>, entries: &[Entry], shape: Shape) -> Result<String, Erro
             Shape::Outline => {
                 let inside = |at: f64, side: f64| (at / side).clamp(0.0, 1.0);
                 let corners = corners(job, entry, bbox).into_iter();
-                corners.flat_map(|[x, y]| [inside(x, width), inside(y, height)]).collect()
+                let corners = corners.map(|[x, y]| [inside(x, width), inside(y, height)]);
+                corners.collect::<Vec<_>>().into_flattened()
             }
         };
         let numbers: Vec<String> = numbers.iter().map(|number| format!("{number:.6}")).collect();
