@@ -65,7 +65,7 @@ impl BootstrapSamples {
             picks.iter().map(|&k| differences[k as usize]).sum::<f64>() / count as f64
         };
         let mut means: Vec<f64> = self.picks.chunks_exact(count).map(mean_of).collect();
-        means.sort_by(f64::total_cmp);
+        means.sort_unstable_by(f64::total_cmp);
         let (below, above) = (
             means.iter().filter(|&&mean| mean <= 0.0).count(),
             means.iter().filter(|&&mean| mean >= 0.0).count(),
@@ -89,11 +89,17 @@ fn quantile(sorted: &[f64], share: f64) -> f64 {
     below + (above - below) * position.fract()
 }
 
+/// The places of the values in increasing order; equal ones keep theirs.
+pub fn ascending(values: &[f64]) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..values.len()).collect();
+    order.sort_by(|&a, &b| values[a].total_cmp(&values[b]));
+    order
+}
+
 /// Corrects p-values for multiple comparisons (Holm, 1979), which bounds the chance of any false
 /// positive.
 pub fn holm(p: &[f64]) -> Vec<f64> {
-    let mut order: Vec<usize> = (0..p.len()).collect();
-    order.sort_by(|&a, &b| p[a].total_cmp(&p[b]));
+    let order = ascending(p);
     let mut corrected = vec![1.0; p.len()];
     let mut largest: f64 = 0.0;
     for (k, &index) in order.iter().enumerate() {

@@ -67,7 +67,7 @@ impl Calibration {
     /// of both kinds.
     pub fn auroc(&self) -> Option<f64> {
         let mut sorted = self.frames.clone();
-        sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
+        sorted.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
         let (mut on, mut off, mut pairs) = (0, 0, 0.0);
         for equal in sorted.chunk_by(|a, b| a.0 == b.0) {
             let on_here = equal.iter().filter(|(_, is_on)| *is_on).count();

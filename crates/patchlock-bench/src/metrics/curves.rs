@@ -36,8 +36,7 @@ impl Curves {
     }
 
     /// The mean of several curves, threshold by threshold; `None` without curves.
-    pub fn mean<'a>(curves: impl IntoIterator<Item = &'a Curves>) -> Option<Curves> {
-        let all: Vec<&Curves> = curves.into_iter().collect();
+    pub fn mean(all: &[&Curves]) -> Option<Curves> {
         let mean = |part: fn(&Curves) -> &[f64]| -> Vec<f64> {
             let points = all.first().map_or(0, |first| part(first).len());
             let at = |k: usize| all.iter().map(|c| part(c)[k]).sum::<f64>() / all.len() as f64;
@@ -185,6 +184,6 @@ mod tests {
     #[test]
     fn no_frames_give_no_curves() {
         assert_eq!(Tally::new(&Protocol::otb()).curves(), None);
-        assert_eq!(Curves::mean([]), None);
+        assert_eq!(Curves::mean(&[]), None);
     }
 }

@@ -1,7 +1,5 @@
 //! The compared trackers: restricted to the targets that all of them have, and ranked.
 
-use std::collections::BTreeSet;
-
 use super::palette::LineStyle;
 use crate::Error;
 use crate::dataset::Dataset;
@@ -26,12 +24,12 @@ pub struct ComparedTracker<'a> {
 
 impl ComparedTracker<'_> {
     /// A value of the curves for each target, averaged over seeds.
-    pub fn each(&self, value: impl Fn(&Curves) -> f64) -> Vec<f64> {
-        self.targets.iter().map(|target| self.mean(target, &value)).collect()
+    pub fn each(&self, value: fn(&Curves) -> f64) -> Vec<f64> {
+        self.targets.iter().map(|target| self.mean(target, value)).collect()
     }
 
     /// A value of the curves for one target, averaged over seeds.
-    pub fn mean(&self, target: &TargetScore, value: impl Fn(&Curves) -> f64) -> f64 {
+    pub fn mean(&self, target: &TargetScore, value: fn(&Curves) -> f64) -> f64 {
         let counts = target.seeds.iter().filter(|seed| self.seeds.contains(&seed.seed));
         let values: Vec<f64> = counts.map(|seed| value(&seed.curves)).collect();
         values.iter().sum::<f64>() / values.len().max(1) as f64
@@ -118,22 +116,27 @@ impl<'a> Comparison<'a> {
         for tracker in trackers {
             let find = |name: &&str| tracker.targets.iter().find(|target| target.target == **name);
             let own: Vec<&TargetScore> = targets.iter().filter_map(find).collect();
-            let Some(overall) = score::summary(own.iter().copied(), &tracker.seeds) else {
+            let Some(overall) = score::summary(&own, &tracker.seeds) else {
                 continue;
             };
             let style = LineStyle::FIRST; // until the ranking is known
-            compared.push(ComparedTracker {
-                name: &tracker.name,
-                seeds: &tracker.seeds,
-                targets: own,
-                overall,
-                style,
-            });
+            let auc = overall.auc.mean;
+            let rank =
+                compared.partition_point(|better| better.overall.auc.mean.total_cmp(&auc).is_ge());
+            compared.insert(
+                rank,
+                ComparedTracker {
+                    name: &tracker.name,
+                    seeds: &tracker.seeds,
+                    targets: own,
+                    overall,
+                    style,
+                },
+            );
         }
         if compared.is_empty() {
             return nothing("no tracker has a seed that all of its targets have".to_string());
         }
-        compared.sort_by(|a, b| b.overall.auc.mean.total_cmp(&a.overall.auc.mean));
         let first =
             shown.first().and_then(|name| compared.iter().position(|tracker| tracker.name == name));
         let about = first.unwrap_or(0);
@@ -179,19 +182,19 @@ fn of_one_kind<'a>(
 /// The targets of the dataset that all trackers have results for, and a note if some have results
 /// for more.
 fn common_targets<'a>(
-    trackers: &[&TrackerScore],
+    trackers: &[&'a TrackerScore],
     truth: &'a Dataset,
 ) -> (Vec<&'a str>, Option<String>) {
-    let of = |tracker: &&TrackerScore| -> BTreeSet<String> {
-        tracker.targets.iter().map(|target| target.target.clone()).collect()
+    let of = |tracker: &&'a TrackerScore| {
+        names::distinct(tracker.targets.iter().map(|target| target.target.as_str()).collect())
     };
-    let sets: Vec<BTreeSet<String>> = trackers.iter().map(of).collect();
-    let in_all = |name: &str| sets.iter().all(|set| set.contains(name));
-    let in_some = |name: &str| sets.iter().any(|set| set.contains(name));
+    let sets: Vec<Vec<&str>> = trackers.iter().map(of).collect();
+    let in_all = |name: &str| sets.iter().all(|set| set.binary_search(&name).is_ok());
+    let in_some = |name: &str| sets.iter().any(|set| set.binary_search(&name).is_ok());
     let named = truth.sequences.iter().map(|sequence| sequence.name.as_str());
     let (common, rest): (Vec<&str>, Vec<&str>) =
         named.filter(|name| in_some(name)).partition(|name| in_all(name));
-    let most = sets.iter().map(BTreeSet::len).max().unwrap_or(0);
+    let most = sets.iter().map(Vec::len).max().unwrap_or(0);
     let lacking: Vec<&str> = (trackers.iter().zip(&sets))
         .filter(|(_, set)| set.len() < most)
         .map(|(tracker, _)| tracker.name.as_str())

@@ -12,6 +12,7 @@ use patchlock::BoundingBox;
 use patchlock_media::image_file;
 
 use super::svg::escape;
+use crate::compare::ascending;
 use crate::dataset::Sequence;
 use crate::protocol::LOST_OVERLAP;
 
@@ -61,14 +62,14 @@ pub fn captioned_frames(
     failures: &[Range<usize>],
     limit: usize,
 ) -> Vec<CaptionedFrame> {
-    let mut longest: Vec<&Range<usize>> = failures.iter().collect();
-    longest.sort_by_key(|failure| std::cmp::Reverse(failure.len()));
+    let lengths: Vec<f64> = failures.iter().map(|failure| -(failure.len() as f64)).collect();
+    let mut longest = ascending(&lengths);
     longest.truncate(limit);
-    longest.sort_by_key(|failure| failure.start);
+    longest.sort_unstable();
     if !longest.is_empty() || limit == 0 {
-        let lost = |f: &Range<usize>| CaptionedFrame {
-            frame: f.start,
-            caption: format!("lost for {} frames", f.len()),
+        let lost = |k: usize| CaptionedFrame {
+            frame: failures[k].start,
+            caption: format!("lost for {} frames", failures[k].len()),
         };
         return longest.into_iter().map(lost).collect();
     }
@@ -111,7 +112,8 @@ pub fn thumbnail(
     let crop = imageops::crop_imm(&picture, x, y, w.max(1), h.max(1)).to_image();
     let crop = imageops::resize(&crop, width, height, FilterType::Triangle);
     let mut jpeg = Cursor::new(Vec::new());
-    crop.write_with_encoder(JpegEncoder::new_with_quality(&mut jpeg, JPEG_QUALITY))
+    JpegEncoder::new_with_quality(&mut jpeg, JPEG_QUALITY)
+        .encode_image(&crop)
         .map_err(|e| cannot(e.to_string()))?;
     let mut svg = format!(
         "<svg viewBox=\"0 0 {width} {height}\" width=\"{width}\" height=\"{height}\" role=\"img\" \

@@ -13,19 +13,18 @@ mod rows;
 mod svg;
 mod tables;
 
-use std::collections::BTreeSet;
-
 pub use plots::{Plot, csv};
 pub use svg::{FAMILY, FONT, png};
 
 use crate::Error;
 use crate::bench::store::sha256;
-use crate::compare::{BootstrapSamples, DRAWS, MIN_TARGETS, holm};
+use crate::compare::{BootstrapSamples, DRAWS, MIN_TARGETS, ascending, holm};
 use crate::dataset::{Dataset, OTB_ATTRIBUTES};
 use crate::metrics::Curves;
 use crate::protocol::{DP_INDEX, Protocol};
 use crate::score::{self, Scoreboard, Summary, TargetScore};
 use comparison::{ComparedTracker, Comparison};
+use patchlock_track::names;
 use plots::curves::{self, Line};
 use plots::intervals::{Intervals, TrackerDifferences};
 use plots::reliability::{self, Reliability};
@@ -210,9 +209,9 @@ fn curve_plot(
     file: String,
     title: String,
 ) -> Plot {
-    let mut ranked: Vec<&(&ComparedTracker, Summary)> = trackers.iter().collect();
-    ranked.sort_by(|a, b| (measure.score)(&b.1).total_cmp(&(measure.score)(&a.1)));
-    let lines = ranked.iter().enumerate().map(|(rank, (tracker, summary))| Line {
+    let scores: Vec<f64> = trackers.iter().map(|(_, summary)| -(measure.score)(summary)).collect();
+    let ranked = ascending(&scores).into_iter().map(|k| &trackers[k]);
+    let lines = ranked.enumerate().map(|(rank, (tracker, summary))| Line {
         name: tracker.name,
         values: (measure.curve)(&summary.curves),
         score: (measure.score)(summary),
@@ -254,8 +253,8 @@ fn attribute_plots(
         }
         let on = |tracker| -> Option<(&ComparedTracker, Summary)> {
             let tracker: &ComparedTracker = tracker;
-            let own = tracker.targets.iter().filter(has).copied();
-            Some((tracker, score::summary(own, tracker.seeds)?))
+            let own: Vec<&TargetScore> = tracker.targets.iter().filter(has).copied().collect();
+            Some((tracker, score::summary(&own, tracker.seeds)?))
         };
         let trackers: Vec<(&ComparedTracker, Summary)> =
             comparison.trackers.iter().filter_map(on).collect();
@@ -274,11 +273,12 @@ fn attribute_plots(
 /// others.
 fn attributes_of(comparison: &Comparison) -> Vec<(String, String)> {
     let targets = comparison.about().targets.iter();
-    let mut present: BTreeSet<&str> =
-        targets.flat_map(|t| t.attributes.iter().map(String::as_str)).collect();
-    let known = OTB_ATTRIBUTES.iter().filter(|(short, _)| present.remove(short));
+    let mut present =
+        names::distinct(targets.flat_map(|t| t.attributes.iter().map(String::as_str)).collect());
+    let known = OTB_ATTRIBUTES.iter().filter(|(short, _)| present.contains(short));
     let mut all: Vec<(String, String)> =
         known.map(|(s, n)| (s.to_string(), n.to_string())).collect();
+    present.retain(|short| all.iter().all(|(known, _)| known != short));
     all.extend(present.into_iter().map(|short| (short.to_string(), short.to_string())));
     all
 }
@@ -294,7 +294,7 @@ fn interval_plot(comparison: &Comparison, draws: &BootstrapSamples) -> Option<Pl
     let mut rows = Vec::new();
     for tracker in comparison.trackers.iter().filter(|tracker| tracker.name != about.name) {
         let difference = |measure: &fn(&Curves) -> f64| {
-            draws.difference(&about.each(measure), &tracker.each(measure))
+            draws.difference(&about.each(*measure), &tracker.each(*measure))
         };
         let differences: Vec<_> = measures.iter().filter_map(difference).collect();
         rows.push(TrackerDifferences { name: tracker.name, differences, corrected: Vec::new() });

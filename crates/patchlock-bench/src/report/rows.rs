@@ -88,7 +88,7 @@ pub fn said<'a>(comparison: &'a Comparison) -> Vec<Row<'a>> {
 /// The rows of the trackers that have cells, with the best values marked.
 fn rows<'a>(
     comparison: &'a Comparison,
-    cells: impl Fn(&ComparedTracker) -> Option<Vec<Cell>>,
+    cells: fn(&ComparedTracker) -> Option<Vec<Cell>>,
 ) -> Vec<Row<'a>> {
     let row = |(rank, tracker): (usize, &'a ComparedTracker)| {
         let line = tracker.style.line();

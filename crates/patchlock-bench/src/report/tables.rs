@@ -106,7 +106,7 @@ pub fn attributes(comparison: &Comparison) -> Vec<Vec<String>> {
         for tracker in &comparison.trackers {
             let has = |target: &&&TargetScore| target.attributes.contains(&short);
             let own: Vec<&TargetScore> = tracker.targets.iter().filter(has).copied().collect();
-            let Some(summary) = score::summary(own.iter().copied(), tracker.seeds) else {
+            let Some(summary) = score::summary(&own, tracker.seeds) else {
                 continue;
             };
             let mut row = vec![tracker.name.to_string(), short.clone(), own.len().to_string()];

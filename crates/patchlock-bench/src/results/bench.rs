@@ -1,7 +1,6 @@
 //! Reads what `patchlock bench` writes; see [`crate::bench::store`]. The runs of each protocol are
 //! separate results.
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use super::{Layout, Results, Run, boxes};
@@ -44,18 +43,18 @@ pub fn read(folder: &Path, truth: &Dataset) -> Result<Vec<Results>, Error> {
 /// Leaves out a seed on a target if runs from some starts are missing: it would be scored on other
 /// frames than those of the other trackers.
 fn leave_out_incomplete(results: &mut Results, scheme: Scheme, truth: &Dataset) {
-    let mut counts: BTreeMap<(String, u64), usize> = BTreeMap::new();
-    for run in &results.runs {
-        *counts.entry((run.target.clone(), run.seed)).or_default() += 1;
-    }
-    for ((target, seed), count) in counts {
-        let Some(sequence) = truth.find(&target) else { continue };
+    let mut runs: Vec<(String, u64)> =
+        results.runs.iter().map(|run| (run.target.clone(), run.seed)).collect();
+    runs.sort_unstable();
+    for same in runs.chunk_by(|a, b| a == b) {
+        let ((target, seed), count) = (&same[0], same.len());
+        let Some(sequence) = truth.find(target) else { continue };
         let all = schemes::count(scheme, sequence, truth.origin());
         if count < all {
             results.notes.push(format!(
                 "{target}, seed {seed}: left out, since only {count} of {all} runs are complete"
             ));
-            results.runs.retain(|run| run.target != target || run.seed != seed);
+            results.runs.retain(|run| run.target != *target || run.seed != *seed);
         }
     }
     if results.runs.is_empty() {
@@ -67,13 +66,16 @@ fn leave_out_incomplete(results: &mut Results, scheme: Scheme, truth: &Dataset) 
 #[derive(Default)]
 struct TimingConditions {
     parallel: bool,
-    machines: BTreeSet<(String, usize)>,
+    machines: Vec<(String, usize)>,
 }
 
 impl TimingConditions {
     fn add(&mut self, manifest: &RunManifest) {
         self.parallel |= manifest.jobs > 1;
-        self.machines.insert((manifest.machine.processor.clone(), manifest.threads));
+        let machine = (manifest.machine.processor.clone(), manifest.threads);
+        if !self.machines.contains(&machine) {
+            self.machines.push(machine);
+        }
     }
 
     fn notes(&self) -> impl Iterator<Item = String> {

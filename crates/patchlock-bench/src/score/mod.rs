@@ -7,7 +7,7 @@
 
 mod summary;
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use patchlock::{BoundingBox, Status};
 
@@ -144,7 +144,7 @@ pub fn tracker(
         return Err(reasons);
     }
     let seeds = common_seeds(&targets, &mut notes);
-    let Some(overall) = summary(targets.iter(), &seeds) else {
+    let Some(overall) = summary(&targets.iter().collect::<Vec<_>>(), &seeds) else {
         return Err(vec!["no seed was run on all of its targets".to_string()]);
     };
     Ok(TrackerScore { name: results.name.clone(), targets, seeds, overall, notes })
@@ -202,10 +202,10 @@ fn runs_by_target<'a>(
     notes: &mut Vec<String>,
 ) -> BTreeMap<String, Vec<&'a Run>> {
     let mut runs: BTreeMap<String, Vec<&Run>> = BTreeMap::new();
-    let mut unknown = BTreeSet::new();
+    let mut unknown = Vec::new();
     for run in &results.runs {
         if truth.find(&run.target).is_none() {
-            unknown.insert(run.target.as_str());
+            unknown.push(run.target.as_str());
             continue;
         }
         let same = runs.entry(names::key(&run.target)).or_default();
@@ -215,7 +215,7 @@ fn runs_by_target<'a>(
         }
         same.push(run);
     }
-    let unknown: Vec<_> = unknown.into_iter().collect();
+    let unknown = names::distinct(unknown);
     if !unknown.is_empty() {
         notes.push(format!(
             "{} of its targets have no truth here and do not count: {}",
@@ -279,14 +279,14 @@ fn target_score(
     protocol: &Protocol,
     notes: &mut Vec<String>,
 ) -> TargetScore {
-    let mut seeds: BTreeMap<u64, (Vec<Pass>, Vec<&Run>)> = BTreeMap::new();
-    for (run, pass) in runs.iter().zip(passes) {
-        let (passes, runs) = seeds.entry(run.seed).or_default();
-        passes.push(pass);
-        runs.push(run);
-    }
+    let mut seeds: Vec<u64> = runs.iter().map(|run| run.seed).collect();
+    seeds.sort_unstable();
+    seeds.dedup();
+    let mut left: Vec<(&Run, Pass)> = runs.iter().copied().zip(passes).collect();
     let mut scores = Vec::new();
-    for (seed, (passes, runs)) in seeds {
+    for seed in seeds {
+        let own = left.extract_if(.., |(run, _)| run.seed == seed);
+        let (runs, passes): (Vec<&Run>, Vec<Pass>) = own.unzip();
         let mut tally = Tally::new(protocol);
         passes.iter().for_each(|pass| tally.add(&pass.frames, protocol));
         let Some(curves) = tally.curves() else {
@@ -338,19 +338,18 @@ fn time(runs: &[&Run]) -> Option<(usize, f64)> {
 
 /// The seeds that every target has.
 fn common_seeds(targets: &[TargetScore], notes: &mut Vec<String>) -> Vec<u64> {
-    let mut counts: BTreeMap<u64, usize> = BTreeMap::new();
-    for seed in targets.iter().flat_map(|target| &target.seeds) {
-        *counts.entry(seed.seed).or_default() += 1;
+    let all = targets.iter().flat_map(|target| &target.seeds);
+    let mut all: Vec<u64> = all.map(|score| score.seed).collect();
+    all.sort_unstable();
+    let mut whole = Vec::new();
+    for same in all.chunk_by(|a, b| a == b) {
+        match (same[0], same.len(), targets.len()) {
+            (seed, count, most) if count == most => whole.push(seed),
+            (seed, count, most) => notes
+                .push(format!("seed {seed} has only {count} of {most} targets and does not count")),
+        }
     }
-    let (whole, part): (Vec<_>, Vec<_>) =
-        counts.into_iter().partition(|(_, count)| *count == targets.len());
-    for (seed, count) in part {
-        notes.push(format!(
-            "seed {seed} has only {count} of {} targets and does not count",
-            targets.len()
-        ));
-    }
-    whole.into_iter().map(|(seed, _)| seed).collect()
+    whole
 }
 
 /// The attributes of the trackers' targets, each with the targets that have it: those of OTB first

@@ -70,19 +70,18 @@ pub struct CalibrationSummary {
 }
 
 /// The means over some targets, such as those with one attribute; `None` without targets or seeds.
-pub fn summary<'a>(
-    targets: impl Iterator<Item = &'a TargetScore>,
-    seeds: &[u64],
-) -> Option<Summary> {
-    let targets: Vec<&TargetScore> = targets.collect();
+pub fn summary<'a>(targets: &[&'a TargetScore], seeds: &[u64]) -> Option<Summary> {
     let rows: Vec<Vec<&SeedScore>> = seeds
         .iter()
         .map(|&seed| {
             targets.iter().filter_map(|t| t.seeds.iter().find(|s| s.seed == seed)).collect()
         })
         .collect();
+    let curves_of = |row: &Vec<&'a SeedScore>| -> Vec<&'a Curves> {
+        row.iter().map(|score| &score.curves).collect()
+    };
     let curves: Option<Vec<Curves>> =
-        rows.iter().map(|row| Curves::mean(row.iter().map(|score| &score.curves))).collect();
+        rows.iter().map(|row| Curves::mean(&curves_of(row))).collect();
     let curves = curves?;
     let over_seeds = |value: fn(&Curves) -> f64| measure(curves.iter().map(value).collect());
     let over_targets = |value: fn(&SeedScore) -> f64| {
@@ -95,10 +94,10 @@ pub fn summary<'a>(
         success50: over_seeds(Curves::success50)?,
         mean_overlap: over_targets(|score| score.mean_overlap)?,
         lost_share: over_targets(|score| score.lost_share)?,
-        overlap_not_lost: over_known(&rows, |score| score.overlap_not_lost),
+        overlap_not_lost: over_known(&rows, &|score| score.overlap_not_lost),
         norm_precision: over_seeds(Curves::norm_precision)?,
         fps: fps.and_then(measure),
-        curves: Curves::mean(&curves)?,
+        curves: Curves::mean(&curves.iter().collect::<Vec<_>>())?,
         status: status(&rows),
         calibration: calibration(&rows),
     })
@@ -111,7 +110,7 @@ fn status(rows: &[Vec<&SeedScore>]) -> Option<StatusSummary> {
         Some(pooled)
     })?;
     let over = |value: fn(&StatusCounts) -> Option<f64>| {
-        over_known(rows, |score| score.status.as_ref().and_then(value))
+        over_known(rows, &|score| score.status.as_ref().and_then(value))
     };
     Some(StatusSummary {
         precision: over(StatusCounts::precision),
@@ -131,7 +130,7 @@ fn calibration(rows: &[Vec<&SeedScore>]) -> Option<CalibrationSummary> {
         Some(pooled)
     })?;
     let over = |value: fn(&Calibration) -> Option<f64>| {
-        over_known(rows, |score| score.calibration.as_ref().and_then(value))
+        over_known(rows, &|score| score.calibration.as_ref().and_then(value))
     };
     Some(CalibrationSummary {
         ece: over(Calibration::ece),
@@ -144,7 +143,7 @@ fn calibration(rows: &[Vec<&SeedScore>]) -> Option<CalibrationSummary> {
 /// seeds.
 fn over_known(
     rows: &[Vec<&SeedScore>],
-    value: impl Fn(&SeedScore) -> Option<f64>,
+    value: &dyn Fn(&SeedScore) -> Option<f64>,
 ) -> Option<Measure> {
     let known = |row: &Vec<&SeedScore>| -> Vec<f64> {
         row.iter().filter_map(|score| value(score)).collect()
@@ -217,7 +216,7 @@ mod tests {
         let never = target(Some([(0.9, 0.9, Tracked), (0.9, 0.7, Tracked)]), 0.0);
         let half = target(Some([(0.9, 0.9, Lost), (0.0, 0.1, Lost)]), 0.5);
         let whole = target(None, 1.0);
-        let summary = |targets: &[&TargetScore]| summary(targets.iter().copied(), &[0]).unwrap();
+        let summary = |targets: &[&TargetScore]| summary(targets, &[0]).unwrap();
         let mean = |measure: Option<Measure>| measure.unwrap().mean;
 
         let known = summary(&[&never, &half]);

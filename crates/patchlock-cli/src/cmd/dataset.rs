@@ -93,7 +93,7 @@ fn text_of(dataset: &Dataset, findings: &Findings, remarks: &[&Remark]) -> Strin
     ]);
     for (sequence, size) in dataset.sequences.iter().zip(&findings.sizes) {
         let first = sequence.frames.first().and_then(|path| path.file_name());
-        table.row([
+        table.row(&[
             sequence.name.clone(),
             sequence.frames.len().to_string(),
             size.map_or("-".to_string(), |(w, h)| format!("{w} x {h}")),

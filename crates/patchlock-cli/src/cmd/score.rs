@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::{Args, ValueEnum};
+use patchlock_bench::compare::ascending;
 use patchlock_bench::dataset::Dataset;
 use patchlock_bench::protocol::Protocol;
 use patchlock_bench::results;
@@ -181,9 +182,8 @@ const NUMBERS: [(&str, Number); 2] = [("DP", |s| s.dp20), ("AUC", |s| s.auc)];
 
 /// The trackers in decreasing order of AUC.
 fn ranked(board: &Scoreboard) -> Vec<&TrackerScore> {
-    let mut trackers: Vec<&TrackerScore> = board.trackers.iter().collect();
-    trackers.sort_by(|a, b| b.overall.auc.mean.total_cmp(&a.overall.auc.mean));
-    trackers
+    let auc: Vec<f64> = board.trackers.iter().map(|tracker| -tracker.overall.auc.mean).collect();
+    ascending(&auc).into_iter().map(|k| &board.trackers[k]).collect()
 }
 
 // With spreads, more columns than in one of these tables do not fit in a terminal.
@@ -192,7 +192,7 @@ fn overall(trackers: &[&TrackerScore]) -> TextTable {
         TextTable::new(&["tracker", "targets", "seeds", "DP", "AUC", "success 0.5", "fps"]);
     for tracker in trackers {
         let s = &tracker.overall;
-        table.row([
+        table.row(&[
             tracker.name.clone(),
             tracker.targets.len().to_string(),
             tracker.seeds.len().to_string(),
@@ -210,7 +210,7 @@ fn lost(trackers: &[&TrackerScore]) -> TextTable {
         TextTable::new(&["tracker", "lost share", "not lost", "overlap", "norm. prec."]);
     for tracker in trackers {
         let s = &tracker.overall;
-        table.row([
+        table.row(&[
             tracker.name.clone(),
             with_spread(s.lost_share),
             s.overlap_not_lost.map_or("-".to_string(), with_spread),
@@ -250,7 +250,8 @@ fn said(trackers: &[&TrackerScore]) -> Option<TextTable> {
             score(|s| s.auroc),
         ];
         let cell = |m: Option<Measure>| m.map_or("-".to_string(), |m| format!("{:.3}", m.mean));
-        table.row([tracker.name.clone()].into_iter().chain(values.map(cell)));
+        let cells = [tracker.name.clone()].into_iter().chain(values.map(cell));
+        table.row(&cells.collect::<Vec<_>>());
     }
     (!known.is_empty()).then_some(table)
 }
@@ -285,14 +286,14 @@ fn part_table(board: &Scoreboard, what: &str, parts: &[TargetGroup], number: Num
         row.extend(board.trackers.iter().map(|tracker| {
             part(tracker, targets).map_or("-".to_string(), |s| with_spread(number(&s)))
         }));
-        table.row(row);
+        table.row(&row);
     }
     table
 }
 
 fn part(tracker: &TrackerScore, targets: &[String]) -> Option<Summary> {
     let inside = tracker.targets.iter().filter(|target| targets.contains(&target.target));
-    score::summary(inside, &tracker.seeds)
+    score::summary(&inside.collect::<Vec<_>>(), &tracker.seeds)
 }
 
 fn json_of(board: &Scoreboard, by: Option<Grouping>) -> Value {

@@ -12,9 +12,9 @@ impl TextTable {
     }
 
     /// Adds a row. Control characters, which a terminal would obey, become spaces.
-    pub fn row(&mut self, cells: impl IntoIterator<Item = String>) {
-        let plain = |cell: String| cell.replace(char::is_control, " ");
-        self.rows.push(cells.into_iter().map(plain).collect());
+    pub fn row(&mut self, cells: &[String]) {
+        let plain = |cell: &String| cell.replace(char::is_control, " ");
+        self.rows.push(cells.iter().map(plain).collect());
     }
 
     /// The table as text, one line per row.
@@ -56,8 +56,8 @@ mod tests {
     #[test]
     fn columns_are_aligned() {
         let mut table = TextTable::new(&["tracker", "DP"]);
-        table.row(["a".to_string(), "0.5".to_string()]);
-        table.row(["longer\u{1b}name".to_string(), "0.123 +- 0.001".to_string()]);
+        table.row(&["a".to_string(), "0.5".to_string()]);
+        table.row(&["longer\u{1b}name".to_string(), "0.123 +- 0.001".to_string()]);
         let lines: Vec<String> = table.text().lines().map(str::to_string).collect();
         assert_eq!(lines[0], "tracker                  DP");
         assert_eq!(lines[1], "a                       0.5");

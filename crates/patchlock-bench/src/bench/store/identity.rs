@@ -1,10 +1,8 @@
 //! Identifies the tracker that was run, so that runs of different trackers are never mixed.
 
-use std::collections::{BTreeMap, BTreeSet};
-
 use patchlock::TrackerConfig;
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
+use serde_json::{Map, Value};
 
 use super::files::sha256;
 use patchlock_track::{UsedNetwork, settings};
@@ -49,12 +47,16 @@ impl Identity {
 
     /// The SHA-256 of its JSON, in hexadecimal.
     pub fn hash(&self) -> String {
-        sha256(serde_json::to_string(self).unwrap_or_default().as_bytes())
+        sha256(self.json().as_bytes())
     }
 
     /// The identity as a JSON object, as stored in manifests.
     pub(super) fn fields(&self) -> Value {
-        serde_json::to_value(self).unwrap_or_default()
+        serde_json::from_slice(self.json().as_bytes()).unwrap_or_default()
+    }
+
+    fn json(&self) -> String {
+        serde_json::to_string(self).unwrap_or_default()
     }
 }
 
@@ -68,10 +70,11 @@ pub(in crate::bench) fn with_seed(configuration: &TrackerConfig, seed: u64) -> T
 /// The fields that differ between a stored identity and this one, in words.
 pub(super) fn difference(stored: &Value, current: &Value) -> String {
     let (stored, current) = (flat(stored), flat(current));
-    let value = |fields: &BTreeMap<String, String>, name: &String| {
-        fields.get(name).cloned().unwrap_or("not set".to_string())
+    let value = |fields: &Map<String, Value>, name: &str| {
+        fields.get(name).map_or("not set".to_string(), Value::to_string)
     };
-    let names: BTreeSet<&String> = stored.keys().chain(current.keys()).collect();
+    let names = stored.keys().chain(current.keys()).map(String::as_str);
+    let names = patchlock_track::names::distinct(names.collect());
     let differing: Vec<String> = names
         .into_iter()
         .map(|name| (name, value(&stored, name), value(&current, name)))
@@ -82,11 +85,13 @@ pub(super) fn difference(stored: &Value, current: &Value) -> String {
 }
 
 /// The fields of an object, with nested objects flattened.
-fn flat(value: &Value) -> BTreeMap<String, String> {
-    let Some(fields) = value.as_object() else { return BTreeMap::new() };
-    let fields = fields.iter().flat_map(|(name, value)| match value.as_object() {
-        Some(_) => flat(value),
-        None => BTreeMap::from([(name.clone(), value.to_string())]),
-    });
-    fields.collect()
+fn flat(value: &Value) -> Map<String, Value> {
+    let mut all = Map::new();
+    for (name, value) in value.as_object().into_iter().flatten() {
+        match value.as_object() {
+            Some(_) => all.extend(flat(value)),
+            None => drop(all.insert(name.clone(), value.clone())),
+        }
+    }
+    all
 }

@@ -29,7 +29,7 @@ pub enum ReadLineError {
     TooLong,
 }
 
-/// A line of the program's output.
+/// A line that the program has written, or one for it.
 struct Line {
     text: String,
     /// Whether it ended within [`MAX_LINE_BYTES`].
@@ -41,7 +41,7 @@ pub struct Process {
     child: Child,
     /// Lines for the thread that writes them, since a program that does not read would never let us
     /// go on. `None` closes the program's input.
-    input: Option<Sender<String>>,
+    input: Option<Sender<Line>>,
     lines: Receiver<Line>,
     output: Arc<Mutex<String>>,
     timeout: Duration,
@@ -63,25 +63,30 @@ impl Process {
             command.spawn().map_err(|error| format!("cannot start {program}: {error}"))?;
         let (sender, lines) = mpsc::sync_channel(QUEUED_LINES);
         let output = Arc::new(Mutex::new(String::new()));
-        if let Some(stdout) = child.stdout.take() {
-            thread::spawn(move || each_line(stdout, |line| sender.send(line).is_ok()));
+        let on_thread = |work: Box<dyn FnOnce() + Send>| drop(thread::spawn(work));
+        if let Some(mut stdout) = child.stdout.take() {
+            on_thread(Box::new(move || each_line(&mut stdout, &|line| sender.send(line).is_ok())));
         }
-        if let Some(stderr) = child.stderr.take() {
+        if let Some(mut stderr) = child.stderr.take() {
             let output = Arc::clone(&output);
-            thread::spawn(move || each_line(stderr, |line| remember(&output, &line.text)));
+            on_thread(Box::new(move || {
+                each_line(&mut stderr, &|line| remember(&output, &line.text));
+            }));
         }
-        let (input, written) = mpsc::channel::<String>();
+        let (input, written) = mpsc::channel::<Line>();
         if let Some(mut stdin) = child.stdin.take() {
-            thread::spawn(move || {
-                written.into_iter().try_for_each(|line| stdin.write_all(line.as_bytes()))
-            });
+            on_thread(Box::new(move || {
+                let mut lines = written.into_iter();
+                let _ = lines.try_for_each(|line| stdin.write_all(line.text.as_bytes()));
+            }));
         }
         Ok(Self { child, input: Some(input), lines, output, timeout })
     }
 
     /// Sends a line to the program's standard input.
     pub fn write(&mut self, line: &str) -> Result<(), String> {
-        match self.input.as_ref().map(|input| input.send(line.to_string())) {
+        let line = Line { text: line.to_string(), whole: true };
+        match self.input.as_ref().map(|input| input.send(line)) {
             Some(Ok(())) => Ok(()),
             _ => Err(format!("the tracker exited ({}){}", self.status(), self.recent_output())),
         }
@@ -152,7 +157,7 @@ fn wait(child: &mut Child, timeout: Duration) -> Option<String> {
 
 /// Passes lines to `take` until the end of the stream or until `take` returns false. Invalid UTF-8
 /// is replaced.
-fn each_line(stream: impl Read, mut take: impl FnMut(Line) -> bool) {
+fn each_line(stream: &mut dyn Read, take: &dyn Fn(Line) -> bool) {
     let mut reader = BufReader::new(stream);
     let mut bytes = Vec::new();
     loop {

@@ -233,9 +233,11 @@ fn status_strip(svg: &mut Svg, x: Axis, top: f64, statuses: &[Option<Status>]) {
 /// The middle one of some statuses, from tracked to lost; the worse of two. `None` without
 /// statuses.
 pub fn middle(statuses: &[Status]) -> Option<Status> {
-    let mut sorted = statuses.to_vec();
-    sorted.sort_by_key(|&status| status as usize);
-    sorted.get(sorted.len() / 2).copied()
+    let up_to = |worst: Status| {
+        statuses.iter().filter(|&&status| status as usize <= worst as usize).count()
+    };
+    let all = [Status::Tracked, Status::Uncertain, Status::Lost];
+    all.into_iter().find(|&worst| up_to(worst) > statuses.len() / 2)
 }
 
 /// Draws ranges of frames as thick lines, each class in its colour: one path for each of the
