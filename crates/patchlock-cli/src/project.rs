@@ -62,7 +62,7 @@ fn events_of(target: &Target, order: &Order, frames: usize) -> Vec<Event> {
     let keys = keys.map(|(&frame, key)| (frame, Some(key.bbox)));
     let hidden = target.hidden.iter().filter_map(first_of).map(|frame| (frame, None));
     let mut all: Vec<_> = keys.chain(hidden).collect();
-    all.sort_by_key(|(frame, _)| *frame);
+    all.sort_unstable_by_key(|(frame, bbox)| (*frame, bbox.is_none()));
     if order.reverse {
         all.reverse();
     }
@@ -86,7 +86,8 @@ pub struct Output {
     known: bool,
     /// Starts of targets: frame (`None` for the first) and id.
     starts: Vec<(Option<usize>, u64)>,
-    boxes: BTreeMap<u64, Boxes>,
+    /// What is known of each target, ordered by their ids.
+    boxes: Vec<(u64, Boxes)>,
     begun: bool,
 }
 
@@ -94,7 +95,7 @@ impl Output {
     /// An output for these targets: those of the project if they are `known`, or new ones.
     pub fn new(store: Store, targets: &Targets, known: bool) -> Self {
         let starts = targets.starts().collect();
-        Self { store, known, starts, boxes: BTreeMap::new(), begun: false }
+        Self { store, known, starts, boxes: Vec::new(), begun: false }
     }
 
     fn edits(&mut self) -> Vec<Edit> {
@@ -140,7 +141,11 @@ impl Sink for Output {
                 .starts
                 .iter()
                 .any(|&(at, other)| other == id && at.map_or(!self.begun, |at| at == frame.frame));
-            let boxes = self.boxes.entry(id).or_default();
+            let k = self.boxes.binary_search_by_key(&id, |(id, _)| *id).unwrap_or_else(|k| {
+                self.boxes.insert(k, (id, Boxes::default()));
+                k
+            });
+            let boxes = &mut self.boxes[k].1;
             if is_start {
                 let key = project::Key::new(target.bbox);
                 boxes.keys.insert(frame.frame, key);

@@ -2,6 +2,7 @@
 //! or `--boxes`.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -31,13 +32,12 @@ pub struct Event {
 /// All starts, restarts and ends of targets in a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Targets {
-    /// By frame; those of the first tracked frame have none.
-    events: BTreeMap<Option<usize>, Vec<Event>>,
+    /// Ordered by frame; those of the first tracked frame have none.
+    events: Vec<Event>,
     /// The names of targets, if their ids were no numbers.
     pub names: Names,
     /// Whether the output contains ids: not for a single box from `--box` or `--box-from`.
     pub many: bool,
-    started: bool,
 }
 
 /// The names that the user has given to targets, by their ids.
@@ -62,17 +62,20 @@ impl Targets {
     }
 
     /// Targets that start and end at the frames of these events.
-    pub fn at_frames(events: Vec<Event>) -> Self {
-        let mut by_frame = BTreeMap::<_, Vec<Event>>::new();
-        for event in events {
-            by_frame.entry(event.frame).or_default().push(event);
-        }
-        Self { events: by_frame, names: Names::new(), many: true, started: false }
+    pub fn at_frames(mut events: Vec<Event>) -> Self {
+        events.sort_by_key(|event| event.frame);
+        Self { events, names: Names::new(), many: true }
+    }
+
+    /// The places of the events of a frame.
+    fn places(&self, frame: Option<usize>) -> Range<usize> {
+        let first = self.events.partition_point(|event| event.frame < frame);
+        first..self.events.partition_point(|event| event.frame <= frame)
     }
 
     /// Frame and id of each start and restart; no frame for the first tracked one.
     pub fn starts(&self) -> impl Iterator<Item = (Option<usize>, u64)> {
-        let starts = self.events.values().flatten().filter(|event| event.bbox.is_some());
+        let starts = self.events.iter().filter(|event| event.bbox.is_some());
         starts.map(|event| (event.frame, event.id))
     }
 
@@ -117,7 +120,7 @@ impl Targets {
 
     /// The same targets in the first frame that a live source gives, whichever that is.
     pub fn in_first_of_live(self) -> Result<Self, Failure> {
-        let later = self.events.values().flatten().find(|event| event.frame.unwrap_or(0) > 0);
+        let later = self.events.iter().find(|event| event.frame.unwrap_or(0) > 0);
         if let Some(Event { frame, id, .. }) = later {
             let frame = frame.unwrap_or(0);
             return Err(usage(format!(
@@ -126,16 +129,14 @@ impl Targets {
             ))
             .hint("give the boxes of frame 0"));
         }
-        let events = self.events.into_values().flatten();
-        let mut first: Vec<Event> = events.map(|event| Event { frame: None, ..event }).collect();
-        first.sort_by_key(|event| event.id);
+        let events = self.events.into_iter();
+        let first = events.map(|event| Event { frame: None, ..event }).collect();
         Ok(Self { many: self.many, names: self.names, ..Self::at_frames(first) })
     }
 
     /// Fails if an event belongs to a frame that will not be tracked.
     pub fn check(&self, order: &Order, length: Option<usize>) -> Result<(), Failure> {
-        let frames =
-            self.events.values().flatten().filter_map(|event| Some((event.frame?, event.id)));
+        let frames = self.events.iter().filter_map(|event| Some((event.frame?, event.id)));
         match { frames }.find(|(frame, _)| !order.holds(*frame, length)) {
             Some((frame, id)) => Err(untracked(frame, id)),
             None => Ok(()),
@@ -146,13 +147,13 @@ impl Targets {
     /// it is lost or not.
     pub fn check_number(&self, most: usize, order: &Order, method: &Method) -> Result<(), Failure> {
         let mut followed = BTreeSet::new();
-        let mut frames: Vec<_> = self.events.values().collect();
         // The events without a frame come first in both orders.
-        let first = self.events.keys().take_while(|frame| frame.is_none()).count();
+        let (first, rest) = self.events.split_at(self.places(None).end);
+        let mut frames: Vec<&[Event]> = rest.chunk_by(|a, b| a.frame == b.frame).collect();
         if order.reverse {
-            frames[first..].reverse();
+            frames.reverse();
         }
-        for event in frames.into_iter().flatten() {
+        for event in first.iter().chain(frames.into_iter().flatten()) {
             match event.bbox {
                 Some(_) => followed.insert(event.id),
                 None => followed.remove(&event.id),
@@ -167,9 +168,8 @@ impl Targets {
 
     /// Fails if a target starts in this frame on a box that does not fit the frame.
     pub fn check_boxes(&self, frame: usize, picture: &Picture) -> Result<(), Failure> {
-        let first = self.events.get(&None).filter(|_| !self.started);
-        let due = first.into_iter().chain(self.events.get(&Some(frame))).flatten();
-        for bbox in due.filter_map(|event| event.bbox) {
+        let due = [None, Some(frame)].map(|frame| &self.events[self.places(frame)]);
+        for bbox in due.into_iter().flatten().filter_map(|event| event.bbox) {
             start_box::check(&bbox, frame, picture.width, picture.height)?;
         }
         Ok(())
@@ -178,17 +178,17 @@ impl Targets {
     /// Removes and returns the events of this frame, in the order of the ids. Frames must be passed
     /// in the order of tracking.
     pub fn due(&mut self, frame: usize) -> Vec<Event> {
-        let first = if self.started { None } else { self.events.remove(&None) };
-        self.started = true;
-        let mut due = first.unwrap_or_default();
-        due.append(&mut self.events.remove(&Some(frame)).unwrap_or_default());
+        let mut due = Vec::new();
+        for frame in [None, Some(frame)] {
+            due.extend(self.events.drain(self.places(frame)));
+        }
         due.sort_by_key(|event| event.id);
         due
     }
 
     /// Fails if the source ended before the frame of an event.
     pub fn check_all_done(&self) -> Result<(), Failure> {
-        match self.events.values().flatten().next() {
+        match self.events.first() {
             Some(event) => Err(untracked(event.frame.unwrap_or(0), event.id)),
             None => Ok(()),
         }

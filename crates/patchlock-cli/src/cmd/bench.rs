@@ -88,7 +88,7 @@ pub struct BenchArgs {
     #[arg(
         long,
         value_name = "1..=86400",
-        default_value_t = 60,
+        default_value = "60",
         value_parser = clap::value_parser!(u64).range(1..=MOST_SECONDS),
         allow_negative_numbers = true
     )]
@@ -102,7 +102,7 @@ pub struct BenchArgs {
     #[arg(
         long,
         value_name = "1..=10000",
-        default_value_t = 1,
+        default_value = "1",
         value_parser = clap::value_parser!(u64).range(1..=MOST_SEEDS),
         allow_negative_numbers = true
     )]
@@ -121,7 +121,7 @@ pub struct BenchArgs {
     #[arg(
         long,
         value_name = THREADS_SHOWN,
-        default_value_t = 1,
+        default_value = "1",
         value_parser = threads(),
         allow_negative_numbers = true
     )]

@@ -141,13 +141,13 @@ fn begin(out: &Path, scene: &Scene) -> Result<(Run, DemoOutput)> {
     let frames = Some(scene.len());
     // The video first: completing it may still fail, before the other files are in place.
     let sinks: Vec<Box<dyn Sink>> = vec![
-        Box::new(BackgroundSink::new(Video::new(
+        Box::new(BackgroundSink::new(Box::new(Video::new(
             create("demo.mp4")?,
             FrameRate::DEFAULT,
             View::new(Style::default()),
             QUALITY,
             frames,
-        ))),
+        )))),
         Box::new(Table::new(Format::Csv, LostPosition::Keep, create("demo.csv")?)),
     ];
     let run = Run::new(TrackerConfig::default(), None, false, sinks)?;

@@ -87,7 +87,7 @@ fn entry(name: &str, text: &str) -> String {
 }
 
 /// The names of the formats that are so.
-fn names(is: impl Fn(&Format) -> bool) -> String {
+fn names(is: fn(&Format) -> bool) -> String {
     let names: Vec<&str> =
         Format::ALL.iter().filter(|format| is(format)).map(|format| format.name).collect();
     match names.split_last() {

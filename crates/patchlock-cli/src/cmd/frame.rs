@@ -58,7 +58,7 @@ pub struct FrameArgs {
     #[arg(
         long,
         value_name = "10..1000",
-        default_value_t = 100,
+        default_value = "100",
         allow_negative_numbers = true,
         requires = "around",
         value_parser = clap::value_parser!(u16).range(10..=1000)

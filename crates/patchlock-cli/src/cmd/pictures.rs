@@ -54,7 +54,7 @@ pub struct PictureArgs {
     #[arg(
         long,
         value_name = "1..",
-        default_value_t = 8,
+        default_value = "8",
         allow_negative_numbers = true,
         requires = "gif",
         value_parser = RangedU64ValueParser::<usize>::new().range(1..)

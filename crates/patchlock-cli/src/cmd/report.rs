@@ -74,7 +74,7 @@ pub struct ReportArgs {
     #[arg(
         long,
         value_name = "0..=40",
-        default_value_t = 10,
+        default_value = "10",
         allow_negative_numbers = true,
         value_parser = clap::value_parser!(u8).range(0..=40)
     )]
@@ -85,7 +85,7 @@ pub struct ReportArgs {
     #[arg(
         long,
         value_name = "0..=12",
-        default_value_t = 3,
+        default_value = "3",
         allow_negative_numbers = true,
         value_parser = clap::value_parser!(u8).range(0..=12)
     )]
@@ -97,7 +97,7 @@ pub struct ReportArgs {
     plots: Option<PathBuf>,
 
     /// Seed of the bootstrap from which the intervals are computed
-    #[arg(long, value_name = "0..", default_value_t = 0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "0..", default_value = "0", allow_negative_numbers = true)]
     seed: u64,
 
     /// No progress bar

@@ -52,7 +52,7 @@ pub struct StudioArgs {
     videos: Vec<PathBuf>,
 
     /// Port to listen on; with 0 the system chooses a free one
-    #[arg(long, value_name = "0..65535", default_value_t = 0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "0..65535", default_value = "0", allow_negative_numbers = true)]
     port: u16,
 
     /// Address to listen on. With another address, other machines can open the page with the token,
@@ -85,7 +85,7 @@ pub struct StudioArgs {
     uploads: PathBuf,
 
     /// Largest upload in MB
-    #[arg(long, value_name = "1..", default_value_t = 4096, allow_negative_numbers = true,
+    #[arg(long, value_name = "1..", default_value = "4096", allow_negative_numbers = true,
         value_parser = RangedU64ValueParser::<u64>::new().range(1..))]
     max_upload: u64,
 

@@ -191,7 +191,7 @@ pub struct TrackArgs {
     #[arg(
         long,
         value_name = "1..",
-        default_value_t = 500,
+        default_value = "500",
         allow_negative_numbers = true,
         value_parser = RangedU64ValueParser::<usize>::new().range(1..),
         help_heading = TARGETS
@@ -275,7 +275,7 @@ pub struct TrackArgs {
     #[arg(
         long,
         value_name = "0..65535",
-        default_value_t = 0,
+        default_value = "0",
         allow_negative_numbers = true,
         help_heading = OUTPUT
     )]

@@ -39,10 +39,10 @@ enum Message {
 
 impl BackgroundSink {
     /// Starts a thread for an output.
-    pub fn new(sink: impl Sink + Send + 'static) -> Self {
+    pub fn new(sink: Box<dyn Sink + Send>) -> Self {
         let (messages, waiting) = mpsc::sync_channel(FRAMES);
         let (report, done) = mpsc::channel();
-        let thread = thread::spawn(move || serve(Box::new(sink), &waiting, &report));
+        let thread = thread::spawn(move || serve(sink, &waiting, &report));
         Self { messages: Some(messages), done, under_way: 0, thread: Some(thread) }
     }
 
@@ -68,7 +68,7 @@ impl BackgroundSink {
 
 /// Works until the end, or the first error.
 fn serve(
-    mut sink: Box<impl Sink>,
+    mut sink: Box<dyn Sink + Send>,
     messages: &Receiver<Message>,
     report: &Sender<Result<Option<PathBuf>>>,
 ) {
@@ -162,7 +162,7 @@ mod tests {
 
     fn slow_sink(log: &Log, milliseconds: u64, fails: usize) -> BackgroundSink {
         let (log, pause) = (Arc::clone(log), Duration::from_millis(milliseconds));
-        BackgroundSink::new(SlowSink { log, pause, fails })
+        BackgroundSink::new(Box::new(SlowSink { log, pause, fails }))
     }
 
     #[test]

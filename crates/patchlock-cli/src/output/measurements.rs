@@ -1,8 +1,6 @@
 //! What a run measures: the time of each frame, the status of each target, and when targets were
 //! lost.
 
-use std::collections::{BTreeMap, BTreeSet};
-
 use patchlock::Status;
 
 use super::TargetResult;
@@ -11,15 +9,22 @@ use super::TargetResult;
 #[derive(Debug, Default)]
 pub struct Measurements {
     times_ms: Vec<f64>,
-    /// The ids of all targets so far; `None` is the target of a run with a single one.
-    targets: BTreeSet<Option<u64>>,
+    /// All targets so far, ordered by their ids.
+    targets: Vec<History>,
     /// How often each [`Status`] occurred, in their order.
     statuses: [usize; Status::NAMES.len()],
     losses: Vec<LostSpan>,
-    /// For each target that is lost, its entry in `losses`.
-    lost: BTreeMap<Option<u64>, usize>,
-    /// For each target, the score of each frame in which it was not lost.
-    scores: BTreeMap<Option<u64>, Vec<(usize, f32)>>,
+}
+
+/// What is known of one target.
+#[derive(Debug)]
+struct History {
+    /// The target's id; `None` if the run has a single target.
+    id: Option<u64>,
+    /// If it is lost, its entry in `losses`.
+    loss: Option<usize>,
+    /// The score of each frame in which it was not lost.
+    scores: Vec<(usize, f32)>,
 }
 
 /// A stretch of frames in which a target was not lost, but its score was low.
@@ -53,26 +58,29 @@ pub struct LostSpan {
 impl Measurements {
     /// Adds a frame, which took `ms` milliseconds. A frame without targets is not counted.
     pub fn add(&mut self, frame: usize, targets: &[TargetResult], ms: f64) {
+        // A target that has ended cannot return, even if another begins with the same id.
+        for known in self.targets.iter_mut().filter(|known| known.loss.is_some()) {
+            known.loss = known.loss.filter(|_| targets.iter().any(|it| it.id == known.id));
+        }
         if targets.is_empty() {
-            self.lost.clear();
             return;
         }
         self.times_ms.push(ms);
-        // A target that has ended cannot return, even if another begins with the same id.
-        self.lost.retain(|id, _| targets.iter().any(|target| target.id == *id));
-        for target in targets {
-            self.targets.insert(target.id);
-            self.statuses[target.estimate.status as usize] += 1;
-            let is_lost = target.estimate.status == Status::Lost;
-            if !is_lost {
-                let scores = self.scores.entry(target.id).or_default();
-                scores.push((frame, target.estimate.score as f32));
-            }
-            if is_lost && !self.lost.contains_key(&target.id) {
-                self.lost.insert(target.id, self.losses.len());
-                self.losses.push(LostSpan { id: target.id, frame, returned: None });
-            } else if !is_lost && let Some(k) = self.lost.remove(&target.id) {
-                self.losses[k].returned = Some(frame);
+        for &TargetResult { id, ref estimate, .. } in targets {
+            self.statuses[estimate.status as usize] += 1;
+            let k = self.targets.binary_search_by_key(&id, |known| known.id).unwrap_or_else(|k| {
+                self.targets.insert(k, History { id, loss: None, scores: Vec::new() });
+                k
+            });
+            let known = &mut self.targets[k];
+            if estimate.status != Status::Lost {
+                known.scores.push((frame, estimate.score as f32));
+                if let Some(k) = known.loss.take() {
+                    self.losses[k].returned = Some(frame);
+                }
+            } else if known.loss.is_none() {
+                known.loss = Some(self.losses.len());
+                self.losses.push(LostSpan { id, frame, returned: None });
             }
         }
     }
@@ -107,10 +115,10 @@ impl Measurements {
     /// probability, and otherwise below half of the target's median score.
     pub fn low_scores(&self, is_probability: bool) -> Vec<LowScoreSpan> {
         let mut all = Vec::new();
-        for (&id, scores) in &self.scores {
+        for &History { id, ref scores, .. } in &self.targets {
             let mut sorted: Vec<f32> = scores.iter().map(|(_, score)| *score).collect();
-            sorted.sort_by(f32::total_cmp);
-            let median = sorted[sorted.len() / 2];
+            sorted.sort_unstable_by(f32::total_cmp);
+            let Some(median) = sorted.get(sorted.len() / 2) else { continue };
             let limit = if is_probability { 0.5 } else { 0.5 * median };
             let runs = scores.chunk_by(|a, b| (a.1 < limit) == (b.1 < limit));
             let low = runs.filter(|run| run[0].1 < limit && run.len() >= LOW_FRAMES);

@@ -118,12 +118,12 @@ impl Plan {
         if let Some(path) = video {
             let (file, view) = (PendingFile::create(path, self.overwrite)?, View::new(*style));
             let video = Video::new(file, rate, view, *quality, expected);
-            sinks.push(Box::new(BackgroundSink::new(video)));
+            sinks.push(Box::new(BackgroundSink::new(Box::new(video))));
         }
         if let Some(path) = gif {
             let (file, view) = (PendingFile::create(path, self.overwrite)?, View::new(*style));
             let gif = Gif::new(file, rate, view, *gif_megabytes, expected);
-            sinks.push(Box::new(BackgroundSink::new(gif)));
+            sinks.push(Box::new(BackgroundSink::new(Box::new(gif))));
         }
         let summary = self
             .summary

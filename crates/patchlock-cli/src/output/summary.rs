@@ -153,7 +153,7 @@ impl Summary {
         threads: usize,
     ) -> Self {
         let mut sorted = run.times_ms().to_vec();
-        sorted.sort_by(f64::total_cmp);
+        sorted.sort_unstable_by(f64::total_cmp);
         Self {
             frames: run.frames(),
             targets: run.targets(),

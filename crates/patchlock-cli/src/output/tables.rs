@@ -65,20 +65,21 @@ impl<W: Write> Table<W> {
 
     fn row(&mut self, row: &Row) -> io::Result<()> {
         let first = !std::mem::replace(&mut self.started, true);
+        let out: &mut dyn Write = &mut self.writer;
         match self.format {
             Format::Csv => {
                 let mut writer =
-                    csv::WriterBuilder::new().has_headers(first).from_writer(&mut self.writer);
+                    csv::WriterBuilder::new().has_headers(first).from_writer(&mut *out);
                 writer.serialize(row).map_err(io::Error::from)?;
                 writer.flush()?;
             }
             Format::Jsonl => {
-                serde_json::to_writer(&mut self.writer, row)?;
-                self.writer.write_all(b"\n")?;
+                serde_json::to_writer(&mut *out, row)?;
+                out.write_all(b"\n")?;
             }
-            Format::Txt => writeln!(self.writer, "{}", otb(row))?,
+            Format::Txt => writeln!(out, "{}", otb(row))?,
         }
-        self.writer.flush()
+        out.flush()
     }
 
     /// The writer, with all rows written.
