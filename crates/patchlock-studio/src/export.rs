@@ -3,7 +3,7 @@
 
 mod table;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -324,17 +324,16 @@ pub fn write_all(
 
 /// Says which labels are missing in one of two parts.
 fn one_sided<'a>(clips: impl Iterator<Item = (&'a Project, Part)>) -> Vec<String> {
-    let mut labels: BTreeMap<&str, [bool; 2]> = BTreeMap::new();
+    let mut labels = [BTreeSet::new(), BTreeSet::new()];
     let mut divided = false;
     for (project, part) in clips {
         divided |= part == Part::Val;
-        for target in &project.targets {
-            labels.entry(&target.label).or_default()[usize::from(part == Part::Val)] = true;
-        }
+        let side = usize::from(part == Part::Val);
+        labels[side].extend(project.targets.iter().map(|target| &target.label));
     }
     let missing = |side: usize| {
-        let missing = labels.iter().filter(|(_, is_there)| divided && !is_there[side]);
-        missing.map(|(label, _)| *label).collect::<Vec<_>>().join(", ")
+        let missing = labels[1 - side].difference(&labels[side]).filter(|_| divided);
+        missing.map(|label| label.as_str()).collect::<Vec<_>>().join(", ")
     };
     let parts = [(0, Part::Train), (1, Part::Val)].map(|(side, part)| (missing(side), part));
     let parts = parts.into_iter().filter(|(labels, _)| !labels.is_empty());

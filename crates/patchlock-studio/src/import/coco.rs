@@ -95,8 +95,8 @@ struct Attributes {
 /// Reads all annotations.
 pub fn read(text: &str, found: &mut ImportBuilder<'_>) -> Outcome {
     let document = match text.trim_start().starts_with('[') {
-        true => serde_json::from_str(text).map(|results| Document::of(results, found)),
-        false => serde_json::from_str(text),
+        true => serde_json::from_slice(text.as_bytes()).map(|results| Document::of(results, found)),
+        false => serde_json::from_slice(text.as_bytes()),
     };
     add(&document.map_err(|error| error.to_string())?, found)
 }
@@ -104,7 +104,9 @@ pub fn read(text: &str, found: &mut ImportBuilder<'_>) -> Outcome {
 impl Document {
     /// The data set of a list of results.
     fn of(results: Vec<Annotation>, found: &mut ImportBuilder<'_>) -> Self {
-        let ids: BTreeSet<&ImageId> = results.iter().map(|it| &it.image_id).collect();
+        let mut ids: Vec<&ImageId> = results.iter().map(|it| &it.image_id).collect();
+        ids.sort_unstable();
+        ids.dedup();
         let images = ids.into_iter().map(|id| Image {
             id: id.clone(),
             file_name: id.to_string(),

@@ -87,7 +87,8 @@ impl Task {
 
 /// Reads all tasks.
 pub fn read(text: &str, found: &mut ImportBuilder<'_>) -> Outcome {
-    let tasks: Vec<Task> = serde_json::from_str(text).map_err(|error| error.to_string())?;
+    let tasks: Vec<Task> =
+        serde_json::from_slice(text.as_bytes()).map_err(|error| error.to_string())?;
     let is_video = |task: &Task| task.regions().any(|region| region.kind == "videorectangle");
     let videos = tasks.iter().filter(|task| is_video(task)).count();
     if videos > 1 {

@@ -46,7 +46,7 @@ pub fn read(text: &str, found: &mut ImportBuilder<'_>) -> Outcome {
     if text.trim_start().starts_with('{') {
         let lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
         for (k, line) in lines {
-            let line = serde_json::from_str(line);
+            let line = serde_json::from_slice(line.as_bytes());
             add(k + 1, line.map_err(|error| format!("line {}: {error}", k + 1))?, Vec::new())?;
         }
         return Ok(());

@@ -101,12 +101,13 @@ fn names_of_yaml(text: &str) -> Vec<String> {
     // A text in double quotes is that of JSON, in which we write names.
     let bare = |name: &str| {
         let name = name.trim();
-        serde_json::from_str(name).unwrap_or_else(|_| name.trim_matches(['"', '\'']).to_owned())
+        serde_json::from_slice(name.as_bytes())
+            .unwrap_or_else(|_| name.trim_matches(['"', '\'']).to_owned())
     };
     let mut rest = text.lines().skip_while(|line| !line.starts_with("names:"));
     let first = rest.next().and_then(|line| line.strip_prefix("names:")).unwrap_or_default().trim();
     if let Some(list) = first.strip_prefix('[') {
-        if let Ok(names) = serde_json::from_str(first) {
+        if let Ok(names) = serde_json::from_slice(first.as_bytes()) {
             return names;
         }
         return list.trim_end_matches(']').split(',').map(bare).collect();

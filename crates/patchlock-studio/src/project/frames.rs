@@ -76,7 +76,9 @@ impl Target {
 
 fn cut_map<V>(map: &mut BTreeMap<usize, V>, [from, to]: [usize; 2]) -> BTreeMap<usize, V> {
     if from == to {
-        return map.remove_entry(&from).into_iter().collect();
+        let mut inside = BTreeMap::new();
+        inside.extend(map.remove_entry(&from));
+        return inside;
     }
     let mut inside = map.split_off(&from);
     let mut after = to.checked_add(1).map_or_else(BTreeMap::new, |end| inside.split_off(&end));

@@ -12,6 +12,7 @@ use axum::response::{IntoResponse, Response};
 use futures_util::StreamExt as _;
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
+use tokio::sync::oneshot;
 
 use super::advice;
 use super::timeouts::TransferDeadline;
@@ -217,11 +218,21 @@ impl BodyReader {
 }
 
 /// Runs work that takes long, or waits for a disk, where it keeps no other request waiting.
-pub async fn aside<T: Send + 'static>(
+pub fn aside<T: Send + 'static>(
     work: impl FnOnce() -> Result<T, Refusal> + Send + 'static,
+) -> impl Future<Output = Result<T, Refusal>> {
+    boxed_aside(Box::new(work))
+}
+
+/// In boxes: tasks of many types would each take their time to compile.
+async fn boxed_aside<T: Send + 'static>(
+    work: Box<dyn FnOnce() -> Result<T, Refusal> + Send>,
 ) -> Result<T, Refusal> {
-    let done = tokio::task::spawn_blocking(work).await;
-    done.unwrap_or_else(|_| Err(Refusal::failed("the program failed while it worked on this")))
+    let (answer, wait) = oneshot::channel();
+    let work: Box<dyn FnOnce() + Send> = Box::new(move || drop(answer.send(work())));
+    tokio::task::spawn_blocking(work);
+    wait.await
+        .unwrap_or_else(|_| Err(Refusal::failed("the program failed while it worked on this")))
 }
 
 #[cfg(test)]

@@ -1,7 +1,6 @@
 //! The camera of the browser: it sends pictures, and is told where the targets are. A picture that
 //! comes while another one is tracked replaces the one that waits.
 
-use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -11,8 +10,7 @@ use std::time::Instant;
 
 use axum::body::Bytes;
 use axum::extract::State;
-use axum::extract::ws::rejection::WebSocketUpgradeRejection;
-use axum::extract::ws::{Message, WebSocket, WebSocketUpgrade};
+use axum::extract::ws::{Message, WebSocket};
 use axum::response::Response;
 use futures_util::{SinkExt as _, StreamExt as _};
 use patchlock::{BoundingBox, Estimate};
@@ -24,10 +22,10 @@ use serde_json::{Value, json};
 use tempfile::NamedTempFile;
 use tokio::sync::mpsc::{UnboundedSender, unbounded_channel};
 
-use super::access::PROTOCOL;
 use super::answer::{PathParam, Refusal};
 use super::app::App;
 use super::files::{cannot_keep, download, keep};
+use super::live;
 use super::options::ProjectLocation;
 use super::timeouts::SENDING;
 use crate::import;
@@ -103,11 +101,9 @@ impl Mailbox {
 /// `GET /api/camera`
 pub async fn camera(
     State(app): State<Arc<App>>,
-    upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
+    upgrade: live::Upgrade,
 ) -> Result<Response, Refusal> {
-    let upgrade = upgrade.map_err(|error| Refusal::bad(error.body_text()))?;
-    let upgrade = upgrade.protocols([PROTOCOL]).max_message_size(PICTURE_BYTES);
-    Ok(upgrade.max_frame_size(PICTURE_BYTES).on_upgrade(move |socket| converse(socket, app)))
+    live::talk(upgrade, PICTURE_BYTES, move |socket| converse(socket, app))
 }
 
 async fn converse(socket: WebSocket, app: Arc<App>) {
@@ -136,7 +132,7 @@ async fn converse(socket: WebSocket, app: Arc<App>) {
                     dropped = waiting.picture.replace((number, jpeg));
                     number += 1;
                 }
-                Message::Text(text) => match serde_json::from_str(&text) {
+                Message::Text(text) => match serde_json::from_slice(text.as_bytes()) {
                     Ok(order) => {
                         // The box of a start is for the picture that follows.
                         if matches!(order, Order::Start { .. }) {
@@ -167,8 +163,8 @@ async fn converse(socket: WebSocket, app: Arc<App>) {
 struct Follower {
     app: Arc<App>,
     answers: UnboundedSender<Value>,
-    /// The targets by their ids.
-    targets: BTreeMap<u64, Session>,
+    /// The targets with their ids.
+    targets: Vec<(u64, Session)>,
     /// The boxes of targets that begin with the next picture.
     begin: Vec<BoundingBox>,
     /// The id of the last target.
@@ -182,7 +178,7 @@ struct Follower {
 
 impl Follower {
     fn new(app: Arc<App>, answers: UnboundedSender<Value>) -> Self {
-        let (targets, begin) = (BTreeMap::new(), Vec::new());
+        let (targets, begin) = (Vec::new(), Vec::new());
         let drawn = Vec::new();
         Self { app, answers, targets, begin, last: 0, drawn, recorder: None, record: false }
     }
@@ -229,7 +225,7 @@ impl Follower {
             }
             Order::Stop(true) => self.forget_all(),
             Order::Stop(false) => {}
-            Order::Forget(id) => drop(self.targets.remove(&id)),
+            Order::Forget(id) => self.targets.retain(|(target, _)| *target != id),
             Order::Record(record) => {
                 self.record = record;
                 if !record {
@@ -263,7 +259,7 @@ impl Follower {
     fn estimates(&mut self, picture: &Picture) -> Result<Vec<(u64, Estimate)>, Refusal> {
         let failed = |error: patchlock::Error| Refusal::bad(error.to_string());
         let frame = picture.frame().map_err(failed)?;
-        for session in self.targets.values_mut() {
+        for (_, session) in &mut self.targets {
             session.update(&frame).map_err(failed)?;
         }
         self.drawn.clear();
@@ -272,10 +268,10 @@ impl Follower {
             let (config, pool) = (engine.config.clone(), Arc::clone(&engine.pool));
             let (session, _) = Session::start(config, pool, &frame, bbox).map_err(failed)?;
             self.last += 1;
-            self.targets.insert(self.last, session);
+            self.targets.push((self.last, session));
             self.drawn.push(self.last);
         }
-        Ok(self.targets.iter().map(|(&id, session)| (id, session.estimate().clone())).collect())
+        Ok(self.targets.iter().map(|(id, session)| (*id, session.estimate().clone())).collect())
     }
 
     fn record(&mut self, picture: &Picture, found: &[(u64, Estimate)]) -> Result<(), Refusal> {

@@ -247,8 +247,9 @@ impl Clips {
     }
 
     /// Takes back the last step of a clip, or does it again. A label that it needs may have been
-    /// removed since. Returns the revision, and the step in words if there is one.
-    fn step(&self, clip: &OpenClip, redo: bool) -> Result<(u64, Option<String>), Refusal> {
+    /// removed since. Says the revision, and the step in words if there is one.
+    fn step(&self, clip: &OpenClip, redo: bool) -> Result<Value, Refusal> {
+        let said = |revision: u64, text| json!({ "revision": revision, "text": text });
         let text = |store: &Store| {
             let text = if redo { store.redo_text() } else { store.undo_text() };
             text.map(ToOwned::to_owned)
@@ -257,7 +258,7 @@ impl Clips {
             let store = &clip.hold().store;
             (store.step(redo), store.targets_of_step(redo), text(store))
         };
-        let Some(meant) = meant else { return Ok((clip.hold().store.revision(), None)) };
+        let Some(meant) = meant else { return Ok(said(clip.hold().store.revision(), None)) };
         // A correction and the tracking that follows from it are one step.
         Jobs::stop_step(clip, meant);
         Jobs::stop_for(clip, &targets);
@@ -266,7 +267,7 @@ impl Clips {
         let mut held = clip.hold();
         if held.store.step(redo) != Some(meant) {
             // Tracking that had found nothing is no step any more.
-            return Ok((clip.announce_and_save(&mut held)?, asked));
+            return Ok(said(clip.announce_and_save(&mut held)?, asked));
         }
         // It may have found more since then.
         let done = text(&held.store);
@@ -275,7 +276,7 @@ impl Clips {
         } else {
             held.store.undo()?
         };
-        Ok((clip.announce_and_save(&mut held)?, done))
+        Ok(said(clip.announce_and_save(&mut held)?, done))
     }
 
     /// Stops all jobs and waits until their results are written. Then writes what could not be
@@ -499,9 +500,11 @@ pub async fn list(State(app): State<Arc<App>>) -> Result<Json<Value>, Refusal> {
     while clips.iter().any(|clip| clip.opened.get().is_none()) && begun.elapsed() < OPENING {
         tokio::time::sleep(Duration::from_millis(20)).await;
     }
-    let summaries = move || Ok(clips.iter().map(|clip| clip.summary()).collect::<Vec<_>>());
-    let clips = aside(summaries).await?;
-    Ok(Json(json!({ "clips": clips, "camera": app.camera, "upload_bytes": app.upload_bytes })))
+    let summaries = move || {
+        let clips: Vec<Value> = clips.iter().map(|clip| clip.summary()).collect();
+        Ok(json!({ "clips": clips, "camera": app.camera, "upload_bytes": app.upload_bytes }))
+    };
+    aside(summaries).await.map(Json)
 }
 
 /// `GET /api/clips/ID`
@@ -530,8 +533,8 @@ pub async fn edit(
     let clip = app.clips.open(clip).await?;
     let Edits { revision, edits } =
         BodyReader::new(body, EDIT_BYTES, app.timeouts.body)?.json().await?;
-    let revision = aside(move || app.clips.edit(&clip, revision, edits)).await?;
-    Ok(Json(json!({ "revision": revision })))
+    let edit = move || Ok(json!({ "revision": app.clips.edit(&clip, revision, edits)? }));
+    aside(edit).await.map(Json)
 }
 
 /// `POST /api/clips/ID/undo`
@@ -540,8 +543,7 @@ pub async fn undo(
     PathParam(clip): PathParam<usize>,
 ) -> Result<Json<Value>, Refusal> {
     let clip = app.clips.open(clip).await?;
-    let (revision, text) = aside(move || app.clips.step(&clip, false)).await?;
-    Ok(Json(json!({ "revision": revision, "text": text })))
+    aside(move || app.clips.step(&clip, false)).await.map(Json)
 }
 
 /// `POST /api/clips/ID/redo`
@@ -550,8 +552,7 @@ pub async fn redo(
     PathParam(clip): PathParam<usize>,
 ) -> Result<Json<Value>, Refusal> {
     let clip = app.clips.open(clip).await?;
-    let (revision, text) = aside(move || app.clips.step(&clip, true)).await?;
-    Ok(Json(json!({ "revision": revision, "text": text })))
+    aside(move || app.clips.step(&clip, true)).await.map(Json)
 }
 
 /// `POST /api/clips/ID/track`
@@ -568,8 +569,7 @@ pub async fn track(
     let request =
         request.and_then(|request| Ok((request, serde_json::from_value::<Option<u64>>(since)?)));
     let (request, since) = request.map_err(|error| Refusal::bad(error.to_string()))?;
-    let job = aside(move || Jobs::start(&clip, request, since)).await?;
-    Ok(Json(json!({ "job": job })))
+    aside(move || Ok(json!({ "job": Jobs::start(&clip, request, since)? }))).await.map(Json)
 }
 
 /// `POST /api/clips/ID/stop`
@@ -578,8 +578,11 @@ pub async fn stop(
     PathParam(clip): PathParam<usize>,
 ) -> Result<Json<Value>, Refusal> {
     let clip = app.clips.open(clip).await?;
-    let CancelledJobs { running, dropped } = aside(move || Ok(Jobs::stop_all(&clip))).await?;
-    Ok(Json(json!({ "stopped": dropped.len() + usize::from(running), "dropped": dropped })))
+    let stop = move || {
+        let CancelledJobs { running, dropped } = Jobs::stop_all(&clip);
+        Ok(json!({ "stopped": dropped.len() + usize::from(running), "dropped": dropped }))
+    };
+    aside(stop).await.map(Json)
 }
 
 /// The answer about a target that does not exist.

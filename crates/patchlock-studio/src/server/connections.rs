@@ -4,7 +4,7 @@
 //! anybody out: where there are too many, the oldest of them is ended. Those that know the token
 //! have permits of their own.
 
-use std::collections::BTreeMap;
+use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -28,13 +28,18 @@ const HEADER_BYTES: usize = 32 << 10;
 /// All connections.
 struct ConnectionPool {
     /// What ends those that have not shown the token, by their numbers: the oldest comes first.
-    strangers: Mutex<BTreeMap<u64, AbortHandle>>,
+    strangers: Mutex<VecDeque<(u64, AbortHandle)>>,
     known: Arc<Semaphore>,
 }
 
 impl ConnectionPool {
-    fn strangers(&self) -> MutexGuard<'_, BTreeMap<u64, AbortHandle>> {
+    fn strangers(&self) -> MutexGuard<'_, VecDeque<(u64, AbortHandle)>> {
         self.strangers.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// This connection is no stranger any more.
+    fn forget(&self, number: u64) {
+        self.strangers().retain(|(stranger, _)| *stranger != number);
     }
 }
 
@@ -56,7 +61,7 @@ impl Permit {
         if known.is_none() {
             let permit = Arc::clone(&pool.known).try_acquire_owned();
             *known = Some(permit.map_err(|_| too_many())?);
-            pool.strangers().remove(number);
+            pool.forget(*number);
         }
         Ok(())
     }
@@ -64,7 +69,7 @@ impl Permit {
 
 impl Drop for PermitState {
     fn drop(&mut self) {
-        self.pool.strangers().remove(&self.number);
+        self.pool.forget(self.number);
     }
 }
 
@@ -84,10 +89,10 @@ pub async fn accept(listener: TcpListener, routes: Router, strangers: usize, tim
         // The task leaves this list when it ends, so it must be in it before that.
         let mut all = pool.strangers();
         while all.len() >= strangers.max(1) {
-            let Some((_, oldest)) = all.pop_first() else { break };
+            let Some((_, oldest)) = all.pop_front() else { break };
             oldest.abort();
         }
-        all.insert(number, tokio::spawn(served).abort_handle());
+        all.push_back((number, tokio::spawn(served).abort_handle()));
     }
 }
 

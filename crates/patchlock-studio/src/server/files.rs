@@ -73,9 +73,10 @@ pub async fn upload(
         }
         let video = keep(path, &folder, &name).map_err(|error| cannot_keep(&folder, &error))?;
         let clip = app.clips.add(&video, &ProjectLocation::Beside);
-        clip.open().map(|_| clip.id).map_err(|error| Refusal::from(&*error))
+        clip.open().map_err(|error| Refusal::from(&*error))?;
+        Ok(json!({ "id": clip.id }))
     });
-    Ok(Json(json!({ "id": clip.await? })))
+    clip.await.map(Json)
 }
 
 /// The name of a file without anything that has a meaning in a path or a shell.
@@ -172,12 +173,12 @@ fn preview_of(
     let known = clip.hold().store.project().clone();
     let ImportResult { targets: found, declared, notes } = read(&known.without_targets())?;
     let frames = |target: &Target| target.keys.len() + target.tracked.len();
-    let mut labels: BTreeMap<&str, usize> = BTreeMap::new();
-    found.iter().for_each(|target| *labels.entry(&target.label).or_default() += 1);
+    let mut labels: BTreeMap<String, usize> = BTreeMap::new();
+    found.iter().for_each(|target| *labels.entry(target.label.clone()).or_default() += 1);
     let is_new = |name: &str| !known.labels.iter().any(|label| label.name == name);
     let labels: Vec<Value> = labels
         .into_iter()
-        .map(|(name, targets)| json!({ "name": name, "targets": targets, "new": is_new(name) }))
+        .map(|(name, targets)| json!({ "name": name, "targets": targets, "new": is_new(&name) }))
         .collect();
     // The same box in the same frame: a file that is imported twice.
     let is_there = |target: &&Target| {
@@ -215,10 +216,7 @@ fn proposal(target: &Target, video: &Video) -> Option<Value> {
 }
 
 /// The names of attributes that labels would declare from then on.
-fn new_attributes(
-    known: &Project,
-    declared: &BTreeMap<String, Vec<Attribute>>,
-) -> BTreeMap<String, Vec<String>> {
+fn new_attributes(known: &Project, declared: &BTreeMap<String, Vec<Attribute>>) -> Value {
     let of_label = |(label, attributes): (&String, &Vec<Attribute>)| {
         let is_new = |it: &&Attribute| known.declared(label).iter().all(|old| old.name != it.name);
         let new: Vec<String> = attributes.iter().filter(is_new).map(|it| it.name.clone()).collect();

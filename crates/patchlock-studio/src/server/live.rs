@@ -6,6 +6,7 @@ use axum::extract::State;
 use axum::extract::ws::rejection::WebSocketUpgradeRejection;
 use axum::extract::ws::{Message, Utf8Bytes, WebSocket, WebSocketUpgrade};
 use axum::response::Response;
+use futures_util::future::BoxFuture;
 use serde_json::json;
 use tokio::sync::broadcast::Receiver;
 use tokio::sync::broadcast::error::RecvError;
@@ -19,19 +20,33 @@ use super::timeouts::SENDING;
 /// A window has nothing to say.
 const MESSAGE_BYTES: usize = 1 << 10;
 
+/// A request for a WebSocket.
+pub type Upgrade = Result<WebSocketUpgrade, WebSocketUpgradeRejection>;
+
+/// Answers a request for a WebSocket, and then talks through it. A message has at most `most` bytes.
+pub fn talk<F: Future<Output = ()> + Send + 'static>(
+    upgrade: Upgrade,
+    most: usize,
+    talk: impl FnOnce(WebSocket) -> F + Send + 'static,
+) -> Result<Response, Refusal> {
+    let upgrade = upgrade.map_err(|error| Refusal::bad(error.body_text()))?;
+    let upgrade = upgrade.protocols([PROTOCOL]).max_message_size(most).max_frame_size(most);
+    let talk: Box<dyn FnOnce(WebSocket) -> BoxFuture<'static, ()> + Send> =
+        Box::new(move |socket| Box::pin(talk(socket)));
+    Ok(upgrade.on_upgrade(talk))
+}
+
 /// `GET /api/clips/ID/events`
 pub async fn events(
     State(app): State<Arc<App>>,
     PathParam(clip): PathParam<usize>,
-    upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
+    upgrade: Upgrade,
 ) -> Result<Response, Refusal> {
     let clip = app.clips.open(clip).await?;
-    let upgrade = upgrade.map_err(|error| Refusal::bad(error.body_text()))?;
-    let upgrade = upgrade.protocols([PROTOCOL]).max_message_size(MESSAGE_BYTES);
     // The window reads the project as soon as it has the answer; what changes after that must reach
     // it.
     let events = clip.events.subscribe();
-    Ok(upgrade.on_upgrade(move |socket| window(socket, events, clip)))
+    talk(upgrade, MESSAGE_BYTES, move |socket| window(socket, events, clip))
 }
 
 async fn window(socket: WebSocket, events: Receiver<Utf8Bytes>, clip: Arc<OpenClip>) {

@@ -33,11 +33,13 @@ use std::time::Duration;
 
 use axum::Router;
 use axum::body::Body;
+use axum::handler::Handler;
 use axum::http::Request;
 use axum::http::header::CONTENT_TYPE;
 use axum::middleware;
 use axum::response::{IntoResponse, Response};
 use axum::routing::{any, get, post};
+use futures_util::future::BoxFuture;
 use hyper::service::Service as _;
 use hyper_util::service::TowerToHyperService;
 use patchlock_track::session;
@@ -204,34 +206,52 @@ fn open_in_order(app: &Arc<App>) {
 /// All addresses.
 fn routes(app: Arc<App>) -> Router {
     Router::new()
-        .route(code::PATH, post(code::exchange))
-        .route("/api/clips", get(clips::list).post(files::upload))
-        .route("/api/formats", get(files::formats))
-        .route("/api/export", get(files::export_all))
-        .route("/api/camera", get(camera::camera))
-        .route("/api/camera/recordings/{number}/{what}", get(camera::recording))
-        .route("/api/clips/{clip}", get(clips::one))
-        .route("/api/clips/{clip}/frames/{frame}", get(frames::frame))
-        .route("/api/clips/{clip}/edits", post(clips::edit))
-        .route("/api/clips/{clip}/undo", post(clips::undo))
-        .route("/api/clips/{clip}/redo", post(clips::redo))
-        .route("/api/clips/{clip}/track", post(clips::track))
-        .route("/api/clips/{clip}/stop", post(clips::stop))
-        .route("/api/clips/{clip}/doubts", get(review::doubtful))
-        .route("/api/clips/{clip}/look", get(look::look))
-        .route("/api/clips/{clip}/events", get(live::events))
-        .route("/api/clips/{clip}/import", post(files::import_boxes))
-        .route("/api/clips/{clip}/export", get(files::export_boxes))
-        .route("/api/clips/{clip}/video", get(video::annotated))
-        .route("/api/clips/{clip}/targets/{target}/clip", get(video::around))
+        .route(code::PATH, post(boxed(code::exchange)))
+        .route("/api/clips", get(boxed(clips::list)).post(boxed(files::upload)))
+        .route("/api/formats", get(boxed(files::formats)))
+        .route("/api/export", get(boxed(files::export_all)))
+        .route("/api/camera", get(boxed(camera::camera)))
+        .route("/api/camera/recordings/{number}/{what}", get(boxed(camera::recording)))
+        .route("/api/clips/{clip}", get(boxed(clips::one)))
+        .route("/api/clips/{clip}/frames/{frame}", get(boxed(frames::frame)))
+        .route("/api/clips/{clip}/edits", post(boxed(clips::edit)))
+        .route("/api/clips/{clip}/undo", post(boxed(clips::undo)))
+        .route("/api/clips/{clip}/redo", post(boxed(clips::redo)))
+        .route("/api/clips/{clip}/track", post(boxed(clips::track)))
+        .route("/api/clips/{clip}/stop", post(boxed(clips::stop)))
+        .route("/api/clips/{clip}/doubts", get(boxed(review::doubtful)))
+        .route("/api/clips/{clip}/look", get(boxed(look::look)))
+        .route("/api/clips/{clip}/events", get(boxed(live::events)))
+        .route("/api/clips/{clip}/import", post(boxed(files::import_boxes)))
+        .route("/api/clips/{clip}/export", get(boxed(files::export_boxes)))
+        .route("/api/clips/{clip}/video", get(boxed(video::annotated)))
+        .route("/api/clips/{clip}/targets/{target}/clip", get(boxed(video::around)))
         .route("/api", any(unknown))
         .route("/api/{*rest}", any(unknown))
-        .route("/", get(index))
-        .route("/{*path}", get(file))
+        .route("/", get(boxed(index)))
+        .route("/{*path}", get(boxed(file)))
         .method_not_allowed_fallback(wrong_method)
         .fallback(unknown)
         .layer(middleware::from_fn_with_state(Arc::clone(&app), access::check))
         .with_state(app)
+}
+
+/// A handler of any type. Routes to handlers of many types would each take their time to compile.
+#[derive(Clone)]
+struct BoxedHandler(
+    Arc<dyn Fn(Request<Body>, Arc<App>) -> BoxFuture<'static, Response> + Send + Sync>,
+);
+
+impl Handler<(), Arc<App>> for BoxedHandler {
+    type Future = BoxFuture<'static, Response>;
+
+    fn call(self, request: Request<Body>, app: Arc<App>) -> Self::Future {
+        self.0(request, app)
+    }
+}
+
+fn boxed<T, H: Handler<T, Arc<App>>>(handler: H) -> BoxedHandler {
+    BoxedHandler(Arc::new(move |request, app| Box::pin(handler.clone().call(request, app))))
 }
 
 async fn unknown() -> Refusal {

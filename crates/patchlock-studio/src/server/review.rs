@@ -43,25 +43,23 @@ pub async fn doubtful(
             !(tracking.contains(target) && suggestion.reason.is_untracked())
         });
         found.sort_by(|(_, a), (_, b)| a.order(b));
-        let left: ReviewStats =
-            project.targets.iter().map(|it| review_stats(it, clip.frames)).sum();
-        Ok((found, left))
+        let left = project.targets.iter().map(|it| review_stats(it, clip.frames));
+        let ReviewStats { boxes, expected, probable, unknown } = left.sum();
+        let left = json!({
+            "boxes": boxes, "expected": expected, "probable": probable, "unknown": unknown,
+        });
+        let doubts: Vec<Value> = found.into_iter().map(shown).collect();
+        Ok(json!({ "doubts": doubts, "left": left }))
     });
-    let (found, left) = found.await?;
-    let suggestions: Vec<Value> = found
-        .into_iter()
-        .map(|(target, suggestion)| {
-            let ReviewSuggestion { frame, stretch, gain, reason, .. } = suggestion;
-            let (is_untracked, reason) = (reason.is_untracked(), reason.to_string());
-            json!({
-                "target": target, "frame": frame, "stretch": stretch, "gain": gain,
-                "reason": reason, "untracked": is_untracked,
-            })
-        })
-        .collect();
-    let ReviewStats { boxes, expected, probable, unknown } = left;
-    let left = json!({
-        "boxes": boxes, "expected": expected, "probable": probable, "unknown": unknown,
-    });
-    Ok(Json(json!({ "doubts": suggestions, "left": left })))
+    found.await.map(Json)
+}
+
+/// A suggestion for the page.
+fn shown((target, suggestion): (u64, ReviewSuggestion)) -> Value {
+    let ReviewSuggestion { frame, stretch, gain, reason, .. } = suggestion;
+    let (is_untracked, reason) = (reason.is_untracked(), reason.to_string());
+    json!({
+        "target": target, "frame": frame, "stretch": stretch, "gain": gain, "reason": reason,
+        "untracked": is_untracked,
+    })
 }

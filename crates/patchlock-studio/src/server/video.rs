@@ -1,6 +1,6 @@
 //! Videos out: all of it with the boxes drawn in, and the part around one target.
 
-use std::collections::BTreeMap;
+use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -75,20 +75,19 @@ pub async fn around(
 fn write_around(clip: &OpenClip, id: u64, stop: &AtomicBool) -> Result<NamedTempFile, Refusal> {
     let target = clip.hold().store.project().target(id).cloned().ok_or_else(|| no_target(id))?;
     let whole = [clip.width, clip.height];
-    let frames = target.keys.keys().chain(target.tracked.keys());
-    let boxes: BTreeMap<usize, BoundingBox> =
-        frames.filter_map(|&frame| Some((frame, target.box_at(frame)?))).collect();
-    let ends = boxes.keys().next().zip(boxes.keys().next_back());
-    let Some((&first, &last)) = ends else {
+    let frames = target.keys.keys().chain(target.tracked.keys()).copied();
+    let frames: BTreeSet<usize> = frames.filter(|&it| target.box_at(it).is_some()).collect();
+    let Some((&first, &last)) = frames.first().zip(frames.last()) else {
         return Err(Refusal::bad(format!("target {id} has no boxes")));
     };
-    let widest = boxes.values().map(|bbox| bbox.w).fold(0.0, f64::max);
-    let highest = boxes.values().map(|bbox| bbox.h).fold(0.0, f64::max);
+    let boxes = || frames.iter().filter_map(|&frame| target.box_at(frame));
+    let widest = boxes().map(|bbox| bbox.w).fold(0.0, f64::max);
+    let highest = boxes().map(|bbox| bbox.h).fold(0.0, f64::max);
     let size = [side(widest, whole[0]), side(highest, whole[1])];
     encode(clip, (first, last), size, stop, |frame, picture| {
         // Where it is not seen, the part stays where it was.
-        let near = boxes.range(..=frame).next_back();
-        let [x, y] = near.map_or([0.0; 2], |(_, bbox)| bbox.centre());
+        let near = frames.range(..=frame).next_back().and_then(|&near| target.box_at(near));
+        let [x, y] = near.map_or([0.0; 2], |bbox| bbox.centre());
         let corner = [(x, size[0], whole[0]), (y, size[1], whole[1])]
             .map(|(at, side, whole)| corner(at, side, whole));
         cut(&picture.to_rgb(), whole[0], corner, size)

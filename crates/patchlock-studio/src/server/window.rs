@@ -4,7 +4,6 @@
 //! A frame is encoded only if somebody looks, and the next one for a page only when it has drawn the
 //! last one. So a slow page sees fewer frames, and none of them late.
 
-use std::collections::BTreeMap;
 use std::convert::Infallible;
 use std::net::{Ipv4Addr, SocketAddr, TcpListener};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -13,8 +12,7 @@ use std::time::Duration;
 
 use axum::body::Body;
 use axum::extract::State;
-use axum::extract::ws::rejection::WebSocketUpgradeRejection;
-use axum::extract::ws::{Message, WebSocket, WebSocketUpgrade};
+use axum::extract::ws::{Message, WebSocket};
 use axum::http::StatusCode;
 use axum::http::header::CONTENT_TYPE;
 use axum::response::{IntoResponse, Response};
@@ -29,14 +27,14 @@ use tokio::runtime::Runtime;
 use tokio::sync::watch;
 
 use super::access::{self, Access};
-use super::answer::{BodyReader, PathParam, Refusal};
+use super::answer::{BodyReader, PathParam, Refusal, aside};
 use super::code::{self, CodeStatus, OneTimeCode, TokenRequest};
 use super::error::Error;
 use super::frames::jpeg;
 use super::host::AllowedHosts;
 use super::options::STRANGERS;
 use super::timeouts::{SENDING, Timeouts};
-use super::{connections, token};
+use super::{connections, live, token};
 
 /// Largest message of a page: many boxes.
 const MESSAGE_BYTES: usize = 64 << 10;
@@ -85,8 +83,8 @@ struct WindowState {
     pages: AtomicUsize,
     question: Mutex<Question>,
     answered: Condvar,
-    /// Targets whose boxes were drawn again, by their ids.
-    redrawn: Mutex<BTreeMap<Option<u64>, RedrawnTarget>>,
+    /// Targets whose boxes were drawn again, in the order of their ids.
+    redrawn: Mutex<Vec<RedrawnTarget>>,
     /// The sources of pages that may show this one within them.
     frame_ancestors: String,
 }
@@ -244,7 +242,7 @@ impl Window {
 
     /// The boxes that were drawn again since the last call, the last one of each target.
     pub fn redrawn(&self) -> impl Iterator<Item = RedrawnTarget> {
-        std::mem::take(&mut *self.shared.redrawn()).into_values()
+        std::mem::take(&mut *self.shared.redrawn()).into_iter()
     }
 
     /// Shows a frame and waits until a person has drawn boxes on it, or `stopped` returns true.
@@ -313,7 +311,7 @@ impl WindowState {
         self.question.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn redrawn(&self) -> MutexGuard<'_, BTreeMap<Option<u64>, RedrawnTarget>> {
+    fn redrawn(&self) -> MutexGuard<'_, Vec<RedrawnTarget>> {
         self.redrawn.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -414,7 +412,10 @@ impl WindowState {
         if let Err(error) = start_box::check(&bbox, frame, picture.width, picture.height) {
             return json!({ "error": error.to_string() });
         }
-        self.redrawn().insert(id, RedrawnTarget { id, frame, picture, bbox });
+        let mut redrawn = self.redrawn();
+        redrawn.retain(|target| target.id != id);
+        let place = redrawn.partition_point(|target| target.id < id);
+        redrawn.insert(place, RedrawnTarget { id, frame, picture, bbox });
         json!({ "redrawn": true })
     }
 }
@@ -427,15 +428,15 @@ fn routes(shared: Arc<WindowState>) -> Router {
     let guard = |State(shared): State<Arc<WindowState>>, request, next| async move {
         access::guarded(&shared.access, &shared.frame_ancestors, request, next).await
     };
+    let (asked, watched) = (Arc::clone(&shared), Arc::clone(&shared));
     Router::new()
-        .route(code::PATH, post(exchange))
-        .route("/api/frames", get(frames))
+        .route(code::PATH, post(move |body| exchange(asked, body)))
+        .route("/api/frames", get(move |upgrade| frames(watched, upgrade)))
         .route("/api/{*rest}", any(unknown))
         .route("/", get(async || embedded("")))
         .route("/{file}", get(async |PathParam(path): PathParam<String>| embedded(&path)))
         .fallback(unknown)
-        .layer(middleware::from_fn_with_state(Arc::clone(&shared), guard))
-        .with_state(shared)
+        .layer(middleware::from_fn_with_state(shared, guard))
 }
 
 async fn unknown() -> Refusal {
@@ -450,10 +451,7 @@ fn embedded(path: &str) -> Response {
 }
 
 /// `POST /api/token`
-async fn exchange(
-    State(shared): State<Arc<WindowState>>,
-    body: Body,
-) -> Result<Json<Value>, Refusal> {
+async fn exchange(shared: Arc<WindowState>, body: Body) -> Result<Json<Value>, Refusal> {
     let timeouts = Timeouts::default();
     let TokenRequest { code } =
         BodyReader::new(body, code::REQUEST_BYTES, timeouts.body)?.json().await?;
@@ -468,17 +466,12 @@ async fn exchange(
 }
 
 /// `GET /api/frames`
-async fn frames(
-    State(shared): State<Arc<WindowState>>,
-    upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
-) -> Result<Response, Refusal> {
-    let upgrade = upgrade.map_err(|error| Refusal::bad(error.body_text()))?;
-    let upgrade = upgrade.protocols([access::PROTOCOL]).max_message_size(MESSAGE_BYTES);
-    Ok(upgrade.on_upgrade(async move |socket| {
+async fn frames(shared: Arc<WindowState>, upgrade: live::Upgrade) -> Result<Response, Refusal> {
+    live::talk(upgrade, MESSAGE_BYTES, async move |socket| {
         shared.pages.fetch_add(1, Ordering::Relaxed);
         page(socket, &shared).await;
         shared.pages.fetch_sub(1, Ordering::Relaxed);
-    }))
+    })
 }
 
 /// Sends the newest frame whenever the page has drawn the last one, until it is closed.
@@ -497,8 +490,7 @@ async fn page(mut socket: WebSocket, shared: &Arc<WindowState>) {
                     (Ok(()), None) => continue,
                     (Ok(()), Some(shown)) => {
                         sent = [sent[1].take(), Some(Arc::clone(&shown))];
-                        let encoded = tokio::task::spawn_blocking(move || encoded(&shown)).await;
-                        let Ok(Ok(bytes)) = encoded else { return };
+                        let Ok(bytes) = aside(move || encoded(&shown)).await else { return };
                         is_ready = false;
                         Message::Binary(bytes.into())
                     }
@@ -506,7 +498,7 @@ async fn page(mut socket: WebSocket, shared: &Arc<WindowState>) {
             },
             received = socket.recv() => match received {
                 Some(Ok(Message::Text(text))) => {
-                    let Ok(said) = serde_json::from_str(&text) else { return };
+                    let Ok(said) = serde_json::from_slice(text.as_bytes()) else { return };
                     is_ready |= matches!(said, PageMessage::Drawn);
                     let Some(answer) = shared.told(said, &sent) else { continue };
                     Message::Text(answer.to_string().into())

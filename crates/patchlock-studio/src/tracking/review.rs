@@ -120,9 +120,8 @@ pub fn unknown(target: &Target, frames: usize) -> Vec<[usize; 2]> {
 /// What is known of the frames that are doubtful, without the stretches in which there is a key
 /// frame: it says that the target is there.
 pub fn doubtful(target: &Target) -> BTreeMap<usize, TrackedBox> {
-    let frames = target.tracked.iter().filter(|(_, tracked)| is_doubtful(tracked));
-    let mut doubtful: BTreeMap<usize, TrackedBox> =
-        frames.map(|(&frame, &it)| (frame, it)).collect();
+    let mut doubtful = target.tracked.clone();
+    doubtful.retain(|_, tracked| is_doubtful(tracked));
     let keys: Vec<usize> = target.keys.keys().copied().collect();
     for keys in keys.chunk_by(|a, b| a + 1 == *b) {
         let (before, after) = (keys[0].checked_sub(1), keys[keys.len() - 1] + 1);

@@ -1,7 +1,5 @@
 //! Edits of key frames.
 
-use std::collections::BTreeMap;
-
 use super::targets::target_mut;
 use super::tracks::change_frames;
 use super::{Edit, Frames, Key, Project, Result, check, refused};
@@ -9,7 +7,8 @@ use super::{Edit, Frames, Key, Project, Result, check, refused};
 pub fn set_key(project: &mut Project, id: u64, frame: usize, key: Key) -> Result<Vec<Edit>> {
     check::frame(frame, &project.video).map_err(refused)?;
     check::key(&key, &project.video).map_err(refused)?;
-    let new = Frames { keys: BTreeMap::from([(frame, key)]), ..Frames::default() };
+    let mut new = Frames::default();
+    new.keys.insert(frame, key);
     Ok(change_frames(target_mut(project, id)?, [frame; 2], |_| new))
 }
 

@@ -8,8 +8,7 @@ use super::attributes::without_boxes;
 use super::targets::{index_of, new_id, target_mut};
 use super::tracks::change_frames;
 use super::{
-    Changes, Edit, Frames, Key, Project, Result, Target, TrackedBox, check, refused, remarks,
-    stretches,
+    Changes, Edit, Frames, Project, Result, Target, TrackedBox, check, refused, remarks, stretches,
 };
 
 pub fn split(project: &mut Project, id: u64, frame: usize) -> Result<Vec<Edit>> {
@@ -131,8 +130,8 @@ fn joined(project: &Project, first: usize, second: usize) -> BTreeMap<String, Ch
 
 /// The frames of both, which have no sure boxes in common.
 fn merged(old: &Frames, added: Frames) -> Frames {
-    let keys: BTreeMap<usize, Key> = old.keys.clone().into_iter().chain(added.keys).collect();
-    let mut tracked = old.tracked.clone();
+    let (mut keys, mut tracked) = (old.keys.clone(), old.tracked.clone());
+    keys.extend(added.keys);
     for (frame, new) in added.tracked {
         let place = tracked.entry(frame).or_insert(new);
         if place.status == Status::Lost {

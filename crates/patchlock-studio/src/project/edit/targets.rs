@@ -15,7 +15,9 @@ pub fn add_target(
     check::frame(frame, &project.video).map_err(refused)?;
     check::key(&key, &project.video).map_err(refused)?;
     let id = new_id(project)?;
-    project.targets.push(Target { keys: BTreeMap::from([(frame, key)]), ..empty(id, label) });
+    let mut target = empty(id, label);
+    target.keys.insert(frame, key);
+    project.targets.push(target);
     Ok(vec![Edit::DeleteTarget { target: id }])
 }
 
