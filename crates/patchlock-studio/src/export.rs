@@ -329,7 +329,7 @@ fn one_sided<'a>(clips: impl Iterator<Item = (&'a Project, Part)>) -> Vec<String
     for (project, part) in clips {
         divided |= part == Part::Val;
         let side = usize::from(part == Part::Val);
-        labels[side].extend(project.targets.iter().map(|target| &target.label));
+        labels[side].extend(project.targets.iter().map(|target| target.label.clone()));
     }
     let missing = |side: usize| {
         let missing = labels[1 - side].difference(&labels[side]).filter(|_| divided);
@@ -454,8 +454,8 @@ pub fn track(project: &Project) -> Result<Track, Error> {
     });
     let metadata = project.targets.iter().map(|target| (target.id, metadata(project, target)));
     let metadata: BTreeMap<u64, TargetMetadata> = metadata.collect();
-    let declared = project.labels.iter();
-    let declared = declared.map(|label| (label.name.clone(), label.attributes.clone())).collect();
+    let mut declared = BTreeMap::new();
+    declared.extend(project.labels.iter().map(|it| (it.name.clone(), it.attributes.clone())));
     let outlines = project.targets.iter().flat_map(outlines).collect();
     let (width, height) = (project.video.width, project.video.height);
     let track = Track::new(entries.collect())?.in_clip(project.video.frames);
@@ -487,7 +487,7 @@ fn metadata(project: &Project, target: &Target) -> TargetMetadata {
         let later = target.changes.get(name).into_iter().flat_map(|Changes(values)| values.keys());
         let frames = [0].into_iter().chain(later.copied());
         let values = frames.map(|frame| (frame, target.value(attribute, frame).to_owned()));
-        changes.insert(name.clone(), values.collect());
+        changes.entry(name.clone()).or_insert_with(BTreeMap::new).extend(values);
     }
     TargetMetadata { label: target.label.clone(), attributes, changes }
 }

@@ -1,7 +1,6 @@
 //! A project as a table, which can be imported again.
 
 use std::borrow::Cow;
-use std::collections::BTreeSet;
 use std::io;
 
 use patchlock::{BoundingBox, Status};
@@ -70,7 +69,9 @@ pub fn table(project: &Project) -> Result<String, Error> {
     let metadata: Vec<TargetMetadata> =
         project.targets.iter().map(|it| metadata(project, it)).collect();
     let names = metadata.iter().flat_map(|it| it.attributes.keys().chain(it.changes.keys()));
-    let names: BTreeSet<&String> = names.collect();
+    let mut names: Vec<&String> = names.collect();
+    names.sort_unstable();
+    names.dedup();
     let mut out = csv::WriterBuilder::new().has_headers(false).from_writer(Vec::new());
     let of_attributes = names.iter().map(|name| format!("{ATTRIBUTE}{name}"));
     let header = COLUMNS.iter().map(|&name| name.to_owned()).chain(of_attributes);

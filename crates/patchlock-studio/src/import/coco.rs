@@ -1,7 +1,7 @@
 //! COCO: a data set, with or without tracks, or the list of a detector's results. Such a list has
 //! neither images nor categories: they are those that its boxes name.
 
-use std::collections::{BTreeSet, HashMap, HashSet};
+use std::collections::{HashMap, HashSet};
 use std::fmt::{self, Display};
 
 use patchlock::{BoundingBox, Status};
@@ -118,7 +118,9 @@ impl Document {
             height: None,
         });
         let images = images.collect();
-        let ids: BTreeSet<u64> = results.iter().filter_map(|it| it.category_id).collect();
+        let mut ids: Vec<u64> = results.iter().filter_map(|it| it.category_id).collect();
+        ids.sort_unstable();
+        ids.dedup();
         let first = ids.first();
         found.notes.extend(first.map(|id| {
             format!("The file has no names of categories: the label of category {id} is class {id}")

@@ -239,6 +239,14 @@ struct Row {
     values: Vec<(String, String)>,
 }
 
+/// Counts one more of this name, in a list in the order of the names.
+pub(crate) fn count(counts: &mut Vec<(String, usize)>, name: &str) {
+    match counts.binary_search_by(|(known, _)| known.as_str().cmp(name)) {
+        Ok(at) => counts[at].1 += 1,
+        Err(at) => counts.insert(at, (name.to_owned(), 1)),
+    }
+}
+
 /// The targets that were found so far.
 struct ImportBuilder<'a> {
     video: &'a Video,
@@ -255,7 +263,7 @@ struct ImportBuilder<'a> {
     /// What is to be said besides.
     notes: Vec<String>,
     /// The numbers of shapes that are left out, by what they are.
-    left_out: BTreeMap<String, usize>,
+    left_out: Vec<(String, usize)>,
 }
 
 impl<'a> ImportBuilder<'a> {
@@ -269,16 +277,13 @@ impl<'a> ImportBuilder<'a> {
             declared: BTreeMap::new(),
             images: Images::new(images),
             notes: Vec::new(),
-            left_out: BTreeMap::new(),
+            left_out: Vec::new(),
         }
     }
 
     /// Counts a shape that is left out.
     fn leave_out(&mut self, what: &str) {
-        match self.left_out.get_mut(what) {
-            Some(count) => *count += 1,
-            None => drop(self.left_out.insert(what.to_owned(), 1)),
-        }
+        count(&mut self.left_out, what);
     }
 
     /// The target with this name; a new one without.

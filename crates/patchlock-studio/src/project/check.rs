@@ -1,6 +1,6 @@
 //! What a project may hold. Files and edits are checked by the same rules.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, HashSet};
 
 use patchlock::BoundingBox;
 use patchlock_track::attributes::{Attribute, check as declared};
@@ -42,14 +42,14 @@ pub fn project(project: &Project) -> Result {
     self::video(video)?;
     at_most("labels", labels.len(), limits::LABELS)?;
     at_most("targets", targets.len(), limits::TARGETS)?;
-    let mut names = BTreeSet::new();
+    let mut names = HashSet::new();
     for label in labels {
         self::label(label)?;
         if !names.insert(&label.name) {
             return Err(format!("the label {:?} appears twice", label.name));
         }
     }
-    let mut ids = BTreeSet::new();
+    let mut ids = HashSet::new();
     for target in targets {
         let in_target = |reason| format!("target {}: {reason}", target.id);
         if !ids.insert(target.id) {
@@ -65,7 +65,7 @@ pub fn project(project: &Project) -> Result {
         let wrong = |reason| format!("remark {}: {reason}", remark.id);
         self::remark(remark, project).map_err(wrong)?;
     }
-    let largest = ids.last().copied().unwrap_or(0);
+    let largest = ids.into_iter().max().unwrap_or(0);
     if *next_id <= largest || *next_id > limits::ID {
         return Err(format!(
             "next_id is {next_id}; it must be above {largest}, the largest id in use, and at most {}",

@@ -56,9 +56,9 @@ impl Target {
     }
 
     /// Puts in what was taken out of the same frames, or belongs there.
-    pub(super) fn put(&mut self, mut frames: Frames) {
-        self.keys.append(&mut frames.keys);
-        self.tracked.append(&mut frames.tracked);
+    pub(super) fn put(&mut self, frames: Frames) {
+        self.keys.extend(frames.keys);
+        self.tracked.extend(frames.tracked);
         for stretch in frames.hidden {
             stretches::add(&mut self.hidden, stretch);
         }
@@ -74,14 +74,9 @@ impl Target {
     }
 }
 
-fn cut_map<V>(map: &mut BTreeMap<usize, V>, [from, to]: [usize; 2]) -> BTreeMap<usize, V> {
-    if from == to {
-        let mut inside = BTreeMap::new();
-        inside.extend(map.remove_entry(&from));
-        return inside;
-    }
-    let mut inside = map.split_off(&from);
-    let mut after = to.checked_add(1).map_or_else(BTreeMap::new, |end| inside.split_off(&end));
-    map.append(&mut after);
-    inside
+/// Takes the entries of the frames `from..=to` out of a map.
+pub fn cut_map<V>(map: &mut BTreeMap<usize, V>, [from, to]: [usize; 2]) -> BTreeMap<usize, V> {
+    let mut cut = BTreeMap::new();
+    cut.extend(map.extract_if(from..=to, |_, _| true));
+    cut
 }

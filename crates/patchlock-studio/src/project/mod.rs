@@ -31,6 +31,8 @@ pub use check::limits;
 pub use edit::Edit;
 pub use error::Error;
 pub use frames::Frames;
+#[cfg(feature = "server")]
+pub(crate) use frames::cut_map;
 pub use history::{MAX_BOXES, MAX_STEPS};
 pub use shared::{FILE as LABELS_FILE, SharedLabels, Vocabulary};
 pub use store::{Store, beside, in_folder};

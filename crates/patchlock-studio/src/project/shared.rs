@@ -1,7 +1,7 @@
 //! What all clips of a folder have in common: the labels, in the order of their classes. They are in
 //! a file of the folder, and each project has a copy, so that it can be read alone.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashSet};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -132,7 +132,7 @@ impl Vocabulary {
         }
         check::at_most("labels", entries.len(), limits::LABELS)?;
         check::at_most("removed labels", removed.len(), limits::LABELS)?;
-        let mut names = BTreeSet::new();
+        let mut names = HashSet::new();
         for entry in &entries {
             check::label(&entry.label())?;
             check::at_most("former names", entry.was.len(), limits::LABELS)?;

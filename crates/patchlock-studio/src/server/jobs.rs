@@ -1,7 +1,7 @@
 //! Tracking jobs of a clip: one at a time, further ones wait. What a job finds is shown as it is
 //! found, written about every two seconds, and undone as one step.
 
-use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::collections::{BTreeMap, VecDeque};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
@@ -13,7 +13,7 @@ use super::answer::Refusal;
 use super::clips::{OpenClip, ProjectState, no_target};
 use crate::engine::Listener;
 use crate::engine::plan::{self, Span, TrackRequest};
-use crate::project::{Edit, TrackedBox};
+use crate::project::{Edit, TrackedBox, cut_map};
 use crate::tracking::review::doubtful;
 
 /// Time between two messages with boxes.
@@ -149,7 +149,7 @@ impl Jobs {
     }
 
     /// The targets that are tracked now, or wait for it.
-    pub fn targets(&self) -> BTreeSet<u64> {
+    pub fn targets(&self) -> Vec<u64> {
         let queue = self.lock();
         let waiting = queue.waiting.iter().map(|it| it.request.target());
         waiting.chain(queue.running.as_ref().map(|running| running.target)).collect()
@@ -400,8 +400,7 @@ impl Listener for Job<'_> {
 fn first_run(boxes: &mut BTreeMap<usize, TrackedBox>) -> Option<BTreeMap<usize, TrackedBox>> {
     let first = *boxes.keys().next()?;
     let end = (first..).find(|frame| !boxes.contains_key(frame))?;
-    let rest = boxes.split_off(&end);
-    Some(std::mem::replace(boxes, rest))
+    Some(cut_map(boxes, [first, end - 1]))
 }
 
 /// A box for the page: frame, x, y, w, h, score, status, visible share.
