@@ -15,7 +15,6 @@ use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 
 use super::answer::Refusal;
-use super::app::App;
 use super::code;
 use super::connections::Permit;
 use super::host::{AllowedHost, AllowedHosts, Host, Origin};
@@ -32,12 +31,20 @@ pub struct Access {
     hosts: AllowedHosts,
     token: String,
     session: String,
+    /// The sources of pages that may show this one within them.
+    frames: String,
 }
 
 impl Access {
-    /// A server that listens on this address, and is asked under other hosts, too.
-    pub fn new(address: SocketAddr, hosts: AllowedHosts, token: String) -> Result<Self, String> {
-        Ok(Self { address, hosts, token, session: random_hex::<4>()? })
+    /// A server that listens on this address, and is asked under other hosts, too. `frames` are the
+    /// sources of pages that may show its own within them.
+    pub fn new(
+        address: SocketAddr,
+        hosts: AllowedHosts,
+        token: String,
+        frames: String,
+    ) -> Result<Self, String> {
+        Ok(Self { address, hosts, token, session: random_hex::<4>()?, frames })
     }
 
     /// The address for the browser, with the token or a code for it. What follows `#` is never sent
@@ -179,16 +186,11 @@ fn token(headers: &HeaderMap) -> Option<&str> {
 }
 
 /// Checks a request and adds the headers that keep the page in its place.
-pub async fn check(State(app): State<Arc<App>>, request: Request, next: Next) -> Response {
-    guarded(&app.access, "'none'", request, next).await
-}
-
-/// The same for any server. `frames` are the sources of pages that may show this one within them.
-pub async fn guarded(access: &Access, frames: &str, request: Request, next: Next) -> Response {
+pub async fn check(State(access): State<Arc<Access>>, request: Request, next: Next) -> Response {
     let checked = access.check(&request);
     let api = is_api(request.uri());
     let host = request.headers().get(header::HOST).and_then(|host| host.to_str().ok());
-    let policy = policy(host.filter(|_| checked.is_ok()), &access.hosts.allowed, frames);
+    let policy = policy(host.filter(|_| checked.is_ok()), &access.hosts.allowed, &access.frames);
     let mut response = match checked {
         Ok(()) => next.run(request).await,
         Err(refusal) => refusal.into_response(),

@@ -27,7 +27,7 @@ pub struct Settings {
 /// The state of a server.
 pub struct App {
     /// What requests are checked against.
-    pub access: Access,
+    pub access: Arc<Access>,
     /// The file that has the token.
     pub token_file: Option<PathBuf>,
     /// The code in the address of the browser.

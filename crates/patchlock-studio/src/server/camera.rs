@@ -439,8 +439,10 @@ pub async fn recording(
     let Recording { video, table } = app.recordings.get(number)?;
     let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     match what.as_str() {
-        "video" => download(video.clone(), "video/mp4", &name(&video)).await,
-        "table" => download(table.clone(), "text/csv; charset=utf-8", &name(&table)).await,
+        "video" => download(Box::new(video.clone()), "video/mp4", &name(&video)).await,
+        "table" => {
+            download(Box::new(table.clone()), "text/csv; charset=utf-8", &name(&table)).await
+        }
         _ => Err(Refusal::unknown("a recording has a video and a table")),
     }
 }

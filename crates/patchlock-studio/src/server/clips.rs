@@ -7,8 +7,9 @@ use std::time::{Duration, Instant};
 
 use axum::Json;
 use axum::body::Body;
-use axum::extract::State;
 use axum::extract::ws::Utf8Bytes;
+use axum::extract::{FromRequestParts, State};
+use axum::http::request::Parts;
 use patchlock_media::FrameRate;
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
@@ -430,8 +431,8 @@ impl OpenClip {
         let job = self.jobs.state();
         let held = self.hold();
         let targets = &held.store.project().targets;
-        let colours = targets.iter().map(|target| (target.id.to_string(), target.colour().into()));
-        let colours: Map<String, Value> = colours.collect();
+        let mut colours = Map::new();
+        colours.extend(targets.iter().map(|it| (it.id.to_string(), it.colour().into())));
         let project = serde_json::to_value(held.store.project());
         let project = project.map_err(|error| Refusal::failed(error.to_string()))?;
         Ok(json!({
@@ -493,6 +494,21 @@ impl OpenClip {
     }
 }
 
+/// The clip that an address names, open.
+pub struct Opened {
+    pub app: Arc<App>,
+    pub clip: Arc<OpenClip>,
+}
+
+impl FromRequestParts<Arc<App>> for Opened {
+    type Rejection = Refusal;
+
+    async fn from_request_parts(parts: &mut Parts, app: &Arc<App>) -> Result<Self, Refusal> {
+        let PathParam(clip) = PathParam::from_request_parts(parts, app).await?;
+        Ok(Self { app: Arc::clone(app), clip: app.clips.open(clip).await? })
+    }
+}
+
 /// `GET /api/clips`
 pub async fn list(State(app): State<Arc<App>>) -> Result<Json<Value>, Refusal> {
     let begun = Instant::now();
@@ -508,11 +524,7 @@ pub async fn list(State(app): State<Arc<App>>) -> Result<Json<Value>, Refusal> {
 }
 
 /// `GET /api/clips/ID`
-pub async fn one(
-    State(app): State<Arc<App>>,
-    PathParam(clip): PathParam<usize>,
-) -> Result<Json<Value>, Refusal> {
-    let clip = app.clips.open(clip).await?;
+pub async fn one(Opened { clip, .. }: Opened) -> Result<Json<Value>, Refusal> {
     aside(move || clip.whole()).await.map(Json)
 }
 
@@ -525,12 +537,7 @@ struct Edits {
 }
 
 /// `POST /api/clips/ID/edits`
-pub async fn edit(
-    State(app): State<Arc<App>>,
-    PathParam(clip): PathParam<usize>,
-    body: Body,
-) -> Result<Json<Value>, Refusal> {
-    let clip = app.clips.open(clip).await?;
+pub async fn edit(Opened { app, clip }: Opened, body: Body) -> Result<Json<Value>, Refusal> {
     let Edits { revision, edits } =
         BodyReader::new(body, EDIT_BYTES, app.timeouts.body)?.json().await?;
     let edit = move || Ok(json!({ "revision": app.clips.edit(&clip, revision, edits)? }));
@@ -538,30 +545,17 @@ pub async fn edit(
 }
 
 /// `POST /api/clips/ID/undo`
-pub async fn undo(
-    State(app): State<Arc<App>>,
-    PathParam(clip): PathParam<usize>,
-) -> Result<Json<Value>, Refusal> {
-    let clip = app.clips.open(clip).await?;
+pub async fn undo(Opened { app, clip }: Opened) -> Result<Json<Value>, Refusal> {
     aside(move || app.clips.step(&clip, false)).await.map(Json)
 }
 
 /// `POST /api/clips/ID/redo`
-pub async fn redo(
-    State(app): State<Arc<App>>,
-    PathParam(clip): PathParam<usize>,
-) -> Result<Json<Value>, Refusal> {
-    let clip = app.clips.open(clip).await?;
+pub async fn redo(Opened { app, clip }: Opened) -> Result<Json<Value>, Refusal> {
     aside(move || app.clips.step(&clip, true)).await.map(Json)
 }
 
 /// `POST /api/clips/ID/track`
-pub async fn track(
-    State(app): State<Arc<App>>,
-    PathParam(clip): PathParam<usize>,
-    body: Body,
-) -> Result<Json<Value>, Refusal> {
-    let clip = app.clips.open(clip).await?;
+pub async fn track(Opened { app, clip }: Opened, body: Body) -> Result<Json<Value>, Refusal> {
     let mut request: Map<String, Value> =
         BodyReader::new(body, EDIT_BYTES, app.timeouts.body)?.json().await?;
     let since = request.remove("since").unwrap_or_default();
@@ -573,11 +567,7 @@ pub async fn track(
 }
 
 /// `POST /api/clips/ID/stop`
-pub async fn stop(
-    State(app): State<Arc<App>>,
-    PathParam(clip): PathParam<usize>,
-) -> Result<Json<Value>, Refusal> {
-    let clip = app.clips.open(clip).await?;
+pub async fn stop(Opened { clip, .. }: Opened) -> Result<Json<Value>, Refusal> {
     let stop = move || {
         let CancelledJobs { running, dropped } = Jobs::stop_all(&clip);
         Ok(json!({ "stopped": dropped.len() + usize::from(running), "dropped": dropped }))

@@ -17,16 +17,16 @@ use patchlock::Status;
 use patchlock_media::Limits;
 use patchlock_track::export::{ExportSummary, KeyFrames, Selection};
 use serde::Deserialize;
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 use tempfile::{NamedTempFile, TempPath};
 use tokio::fs::File;
 use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
-use super::answer::{BodyReader, PathParam, QueryParams, Refusal, aside};
+use super::answer::{BodyReader, QueryParams, Refusal, aside};
 use super::app::App;
-use super::clips::{Clips, OpenClip};
+use super::clips::{Clips, OpenClip, Opened};
 use super::options::ProjectLocation;
 use crate::import::ImportResult;
 use crate::project::{Attribute, Project, Target, Video, check};
@@ -137,12 +137,10 @@ pub struct ImportQuery {
 /// `POST /api/clips/ID/import?format=NAME`: boxes from another tool, which become new targets; with
 /// `preview=true`, only what would be added.
 pub async fn import_boxes(
-    State(app): State<Arc<App>>,
-    PathParam(clip): PathParam<usize>,
     QueryParams(ImportQuery { format, preview }): QueryParams<ImportQuery>,
+    Opened { app, clip }: Opened,
     body: Body,
 ) -> Result<Json<Value>, Refusal> {
-    let clip = app.clips.open(clip).await?;
     let format = import::Format::named(&format)?;
     let content = BodyReader::new(body, TABLE_BYTES, app.timeouts.body)?.whole().await?;
     let files = match format.has_files() {
@@ -173,8 +171,8 @@ fn preview_of(
     let known = clip.hold().store.project().clone();
     let ImportResult { targets: found, declared, notes } = read(&known.without_targets())?;
     let frames = |target: &Target| target.keys.len() + target.tracked.len();
-    let mut labels: BTreeMap<String, usize> = BTreeMap::new();
-    found.iter().for_each(|target| *labels.entry(target.label.clone()).or_default() += 1);
+    let mut labels = Vec::new();
+    found.iter().for_each(|target| import::count(&mut labels, &target.label));
     let is_new = |name: &str| !known.labels.iter().any(|label| label.name == name);
     let labels: Vec<Value> = labels
         .into_iter()
@@ -217,12 +215,15 @@ fn proposal(target: &Target, video: &Video) -> Option<Value> {
 
 /// The names of attributes that labels would declare from then on.
 fn new_attributes(known: &Project, declared: &BTreeMap<String, Vec<Attribute>>) -> Value {
-    let of_label = |(label, attributes): (&String, &Vec<Attribute>)| {
+    let mut all = Map::new();
+    for (label, attributes) in declared {
         let is_new = |it: &&Attribute| known.declared(label).iter().all(|old| old.name != it.name);
-        let new: Vec<String> = attributes.iter().filter(is_new).map(|it| it.name.clone()).collect();
-        (!new.is_empty()).then(|| (label.clone(), new))
-    };
-    declared.iter().filter_map(of_label).collect()
+        let new: Vec<&str> = attributes.iter().filter(is_new).map(|it| &*it.name).collect();
+        if !new.is_empty() {
+            all.insert(label.clone(), new.into());
+        }
+    }
+    all.into()
 }
 
 /// Adds the targets that `read` finds. It may take long, so it sees a copy of the project, and the
@@ -315,11 +316,9 @@ fn with_remarks(mut answer: Response, written: &ExportSummary) -> Response {
 
 /// `GET /api/clips/ID/export?format=NAME`: a file, or a folder as one file.
 pub async fn export_boxes(
-    State(app): State<Arc<App>>,
-    PathParam(clip): PathParam<usize>,
     QueryParams(query): QueryParams<ExportQuery>,
+    Opened { app, clip }: Opened,
 ) -> Result<Response, Refusal> {
-    let clip = app.clips.open(clip).await?;
     let stem = stem(&clip.name);
     let options = query.options(stem.clone(), app.settings.limits)?;
     let format = options.format;
@@ -340,7 +339,7 @@ pub async fn export_boxes(
     let (file, written) = written.await?;
     let ending = format.ending().unwrap_or("zip");
     let name = format!("{stem}.{}.{ending}", format.name());
-    Ok(with_remarks(download(file, kind(ending), &name).await?, &written))
+    Ok(with_remarks(download(Box::new(file), kind(ending), &name).await?, &written))
 }
 
 /// `GET /api/export?format=NAME&val=SHARE`: all clips as one data set, a folder as one file.
@@ -363,7 +362,8 @@ pub async fn export_all(
         Ok((file.into_temp_path(), all.written))
     });
     let (file, written) = written.await?;
-    let answer = download(file, kind("zip"), &format!("clips.{}.zip", format.name())).await?;
+    let answer =
+        download(Box::new(file), kind("zip"), &format!("clips.{}.zip", format.name())).await?;
     Ok(with_remarks(answer, &written))
 }
 
@@ -429,13 +429,17 @@ pub fn stem(name: &str) -> String {
 /// A file as an answer, with a name to keep it under. It is read piece by piece; a temporary one is
 /// removed afterwards.
 pub async fn download(
-    path: impl AsRef<Path> + Send + 'static,
+    path: Box<dyn AsRef<Path> + Send>,
     kind: &'static str,
     name: &str,
 ) -> Result<Response, Refusal> {
-    let cannot = |error: io::Error| Refusal::failed(format!("cannot read the file: {error}"));
-    let file = File::open(path.as_ref()).await.map_err(cannot)?;
-    let length = file.metadata().await.map_err(cannot)?.len();
+    let opened = aside(move || {
+        let cannot = |error: io::Error| Refusal::failed(format!("cannot read the file: {error}"));
+        let file = std::fs::File::open((*path).as_ref()).map_err(cannot)?;
+        let length = file.metadata().map_err(cannot)?.len();
+        Ok((File::from_std(file), length, path))
+    });
+    let (file, length, path) = opened.await?;
     let name = name.replace(|c: char| !(c.is_ascii_alphanumeric() || "-_.".contains(c)), "_");
     let headers = [
         (CONTENT_TYPE, kind.to_owned()),

@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use axum::extract::State;
 use axum::extract::ws::rejection::WebSocketUpgradeRejection;
 use axum::extract::ws::{Message, Utf8Bytes, WebSocket, WebSocketUpgrade};
 use axum::response::Response;
@@ -12,9 +11,8 @@ use tokio::sync::broadcast::Receiver;
 use tokio::sync::broadcast::error::RecvError;
 
 use super::access::PROTOCOL;
-use super::answer::{PathParam, Refusal};
-use super::app::App;
-use super::clips::OpenClip;
+use super::answer::Refusal;
+use super::clips::{OpenClip, Opened};
 use super::timeouts::SENDING;
 
 /// A window has nothing to say.
@@ -37,12 +35,7 @@ pub fn talk<F: Future<Output = ()> + Send + 'static>(
 }
 
 /// `GET /api/clips/ID/events`
-pub async fn events(
-    State(app): State<Arc<App>>,
-    PathParam(clip): PathParam<usize>,
-    upgrade: Upgrade,
-) -> Result<Response, Refusal> {
-    let clip = app.clips.open(clip).await?;
+pub async fn events(Opened { clip, .. }: Opened, upgrade: Upgrade) -> Result<Response, Refusal> {
     // The window reads the project as soon as it has the answer; what changes after that must reach
     // it.
     let events = clip.events.subscribe();

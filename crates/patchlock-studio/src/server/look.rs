@@ -1,17 +1,13 @@
 //! What of a target is visible in a frame, in pictures and words.
 
-use std::sync::Arc;
-
 use axum::Json;
-use axum::extract::State;
 use patchlock::{BoundingBox, Estimate, Status, VisibilityMap};
 use patchlock_media::Picture;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::answer::{PathParam, QueryParams, Refusal, aside};
-use super::app::App;
-use super::clips::{OpenClip, no_target};
+use super::answer::{QueryParams, Refusal, aside};
+use super::clips::{OpenClip, Opened, no_target};
 use crate::engine::look::compare;
 use crate::project::{Target, TrackedBox};
 
@@ -24,11 +20,9 @@ pub struct LookQuery {
 
 /// `GET /api/clips/ID/look?target=T&frame=N`
 pub async fn look(
-    State(app): State<Arc<App>>,
-    PathParam(clip): PathParam<usize>,
     QueryParams(place): QueryParams<LookQuery>,
+    Opened { clip, .. }: Opened,
 ) -> Result<Json<Value>, Refusal> {
-    let clip = app.clips.open(clip).await?;
     aside(move || look_at(&clip, &place)).await.map(Json)
 }
 

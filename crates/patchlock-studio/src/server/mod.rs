@@ -15,6 +15,7 @@ mod connections;
 mod error;
 mod files;
 mod frames;
+mod handler;
 mod host;
 mod jobs;
 mod live;
@@ -33,13 +34,11 @@ use std::time::Duration;
 
 use axum::Router;
 use axum::body::Body;
-use axum::handler::Handler;
 use axum::http::Request;
 use axum::http::header::CONTENT_TYPE;
 use axum::middleware;
 use axum::response::{IntoResponse, Response};
 use axum::routing::{any, get, post};
-use futures_util::future::BoxFuture;
 use hyper::service::Service as _;
 use hyper_util::service::TowerToHyperService;
 use patchlock_track::session;
@@ -51,6 +50,7 @@ use app::{App, Settings};
 use camera::Recordings;
 use clips::Clips;
 use code::OneTimeCode;
+use handler::boxed;
 
 pub use error::Error;
 pub use host::{AllowedHost, AllowedHosts, HostError};
@@ -79,10 +79,10 @@ impl Server {
         let token_file = options.token_file(address);
         let token = token_file.as_deref().map_or_else(token::draw, token::kept);
         let token = token.map_err(Error::Start)?;
-        let access = Access::new(address, options.hosts.clone(), token).map_err(Error::Start)?;
+        let access = Access::new(address, options.hosts.clone(), token, "'none'".to_owned());
         let settings = Settings { config: options.config.clone(), pool, limits: options.limits };
         let app = Arc::new(App {
-            access,
+            access: Arc::new(access.map_err(Error::Start)?),
             token_file,
             code: OneTimeCode::default(),
             clips: Clips::new(settings.clone(), &options.folder()),
@@ -130,7 +130,7 @@ impl Server {
     /// The server without its listener.
     #[doc(hidden)]
     pub fn in_process(self) -> InProcessServer {
-        InProcessServer { routes: routes(Arc::clone(&self.app)), app: self.app }
+        InProcessServer { routes: routes(&self.app), app: self.app }
     }
 
     /// Answers requests until `stopped` returns true, which is asked ten times a second. Returns the
@@ -147,7 +147,7 @@ impl Server {
             .build()
             .map_err(start)?;
         self.listener.set_nonblocking(true).map_err(start)?;
-        let routes = routes(Arc::clone(&self.app));
+        let routes = routes(&self.app);
         let served = runtime.block_on(async {
             let listener = tokio::net::TcpListener::from_std(self.listener)?;
             let App { strangers, timeouts, .. } = *self.app;
@@ -204,54 +204,35 @@ fn open_in_order(app: &Arc<App>) {
 }
 
 /// All addresses.
-fn routes(app: Arc<App>) -> Router {
+fn routes(app: &Arc<App>) -> Router {
     Router::new()
-        .route(code::PATH, post(boxed(code::exchange)))
-        .route("/api/clips", get(boxed(clips::list)).post(boxed(files::upload)))
-        .route("/api/formats", get(boxed(files::formats)))
-        .route("/api/export", get(boxed(files::export_all)))
-        .route("/api/camera", get(boxed(camera::camera)))
-        .route("/api/camera/recordings/{number}/{what}", get(boxed(camera::recording)))
-        .route("/api/clips/{clip}", get(boxed(clips::one)))
-        .route("/api/clips/{clip}/frames/{frame}", get(boxed(frames::frame)))
-        .route("/api/clips/{clip}/edits", post(boxed(clips::edit)))
-        .route("/api/clips/{clip}/undo", post(boxed(clips::undo)))
-        .route("/api/clips/{clip}/redo", post(boxed(clips::redo)))
-        .route("/api/clips/{clip}/track", post(boxed(clips::track)))
-        .route("/api/clips/{clip}/stop", post(boxed(clips::stop)))
-        .route("/api/clips/{clip}/doubts", get(boxed(review::doubtful)))
-        .route("/api/clips/{clip}/look", get(boxed(look::look)))
-        .route("/api/clips/{clip}/events", get(boxed(live::events)))
-        .route("/api/clips/{clip}/import", post(boxed(files::import_boxes)))
-        .route("/api/clips/{clip}/export", get(boxed(files::export_boxes)))
-        .route("/api/clips/{clip}/video", get(boxed(video::annotated)))
-        .route("/api/clips/{clip}/targets/{target}/clip", get(boxed(video::around)))
-        .route("/api", any(unknown))
-        .route("/api/{*rest}", any(unknown))
-        .route("/", get(boxed(index)))
-        .route("/{*path}", get(boxed(file)))
-        .method_not_allowed_fallback(wrong_method)
-        .fallback(unknown)
-        .layer(middleware::from_fn_with_state(Arc::clone(&app), access::check))
-        .with_state(app)
-}
-
-/// A handler of any type. Routes to handlers of many types would each take their time to compile.
-#[derive(Clone)]
-struct BoxedHandler(
-    Arc<dyn Fn(Request<Body>, Arc<App>) -> BoxFuture<'static, Response> + Send + Sync>,
-);
-
-impl Handler<(), Arc<App>> for BoxedHandler {
-    type Future = BoxFuture<'static, Response>;
-
-    fn call(self, request: Request<Body>, app: Arc<App>) -> Self::Future {
-        self.0(request, app)
-    }
-}
-
-fn boxed<T, H: Handler<T, Arc<App>>>(handler: H) -> BoxedHandler {
-    BoxedHandler(Arc::new(move |request, app| Box::pin(handler.clone().call(request, app))))
+        .route(code::PATH, post(boxed(app, code::exchange)))
+        .route("/api/clips", get(boxed(app, clips::list)).post(boxed(app, files::upload)))
+        .route("/api/formats", get(boxed(app, files::formats)))
+        .route("/api/export", get(boxed(app, files::export_all)))
+        .route("/api/camera", get(boxed(app, camera::camera)))
+        .route("/api/camera/recordings/{number}/{what}", get(boxed(app, camera::recording)))
+        .route("/api/clips/{clip}", get(boxed(app, clips::one)))
+        .route("/api/clips/{clip}/frames/{frame}", get(boxed(app, frames::frame)))
+        .route("/api/clips/{clip}/edits", post(boxed(app, clips::edit)))
+        .route("/api/clips/{clip}/undo", post(boxed(app, clips::undo)))
+        .route("/api/clips/{clip}/redo", post(boxed(app, clips::redo)))
+        .route("/api/clips/{clip}/track", post(boxed(app, clips::track)))
+        .route("/api/clips/{clip}/stop", post(boxed(app, clips::stop)))
+        .route("/api/clips/{clip}/doubts", get(boxed(app, review::doubtful)))
+        .route("/api/clips/{clip}/look", get(boxed(app, look::look)))
+        .route("/api/clips/{clip}/events", get(boxed(app, live::events)))
+        .route("/api/clips/{clip}/import", post(boxed(app, files::import_boxes)))
+        .route("/api/clips/{clip}/export", get(boxed(app, files::export_boxes)))
+        .route("/api/clips/{clip}/video", get(boxed(app, video::annotated)))
+        .route("/api/clips/{clip}/targets/{target}/clip", get(boxed(app, video::around)))
+        .route("/api", any(boxed(app, unknown)))
+        .route("/api/{*rest}", any(boxed(app, unknown)))
+        .route("/", get(boxed(app, index)))
+        .route("/{*path}", get(boxed(app, file)))
+        .method_not_allowed_fallback(boxed(app, wrong_method))
+        .fallback(boxed(app, unknown))
+        .layer(middleware::from_fn_with_state(Arc::clone(&app.access), access::check))
 }
 
 async fn unknown() -> Refusal {

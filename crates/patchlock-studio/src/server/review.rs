@@ -1,15 +1,11 @@
 //! The doubtful places of a clip, and what is left to check.
 
-use std::sync::Arc;
-
 use axum::Json;
-use axum::extract::State;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::App;
-use super::answer::{PathParam, QueryParams, Refusal, aside};
-use super::clips::no_target;
+use super::answer::{QueryParams, Refusal, aside};
+use super::clips::{Opened, no_target};
 use crate::tracking::review::{ReviewStats, ReviewSuggestion, review_stats, suggestions};
 
 /// Of which target.
@@ -20,11 +16,9 @@ pub struct TargetQuery {
 
 /// `GET /api/clips/ID/doubts?target=T`
 pub async fn doubtful(
-    State(app): State<Arc<App>>,
-    PathParam(clip): PathParam<usize>,
     QueryParams(TargetQuery { target }): QueryParams<TargetQuery>,
+    Opened { clip, .. }: Opened,
 ) -> Result<Json<Value>, Refusal> {
-    let clip = app.clips.open(clip).await?;
     let found = aside(move || {
         let tracking = clip.jobs.targets();
         let held = clip.hold();

@@ -14,7 +14,7 @@ use tempfile::NamedTempFile;
 
 use super::answer::{PathParam, Refusal, aside};
 use super::app::App;
-use super::clips::{OpenClip, no_target};
+use super::clips::{OpenClip, Opened, no_target};
 use super::files::{cannot_keep, download, stem};
 use crate::project::{Project, Target};
 use patchlock_drawing::canvas::{Canvas, Line};
@@ -39,23 +39,20 @@ impl Drop for StopGuard {
 }
 
 /// `GET /api/clips/ID/video`
-pub async fn annotated(
-    State(app): State<Arc<App>>,
-    PathParam(clip): PathParam<usize>,
-) -> Result<Response, Refusal> {
-    let clip = app.clips.open(clip).await?;
+pub async fn annotated(Opened { clip, .. }: Opened) -> Result<Response, Refusal> {
     let waits = StopGuard(Arc::default());
     let stop = Arc::clone(&waits.0);
     let name = format!("{}.annotated.mp4", stem(&clip.name));
     let file = aside(move || write(&clip, &stop)).await?;
     drop(waits);
-    download(file.into_temp_path(), "video/mp4", &name).await
+    download(Box::new(file.into_temp_path()), "video/mp4", &name).await
 }
 
 fn write(clip: &OpenClip, stop: &AtomicBool) -> Result<NamedTempFile, Refusal> {
     let project = clip.hold().store.project().clone();
     let size = [clip.width, clip.height];
-    encode(clip, (0, clip.frames - 1), size, stop, |frame, picture| paint(&project, frame, picture))
+    let paint = |frame: usize, picture: &Picture| paint(&project, frame, picture);
+    encode(clip, (0, clip.frames - 1), size, stop, &paint)
 }
 
 /// `GET /api/clips/ID/targets/T/clip`: the frames of a target, cut around it.
@@ -69,7 +66,7 @@ pub async fn around(
     let name = format!("{}.{target}.mp4", stem(&clip.name));
     let file = aside(move || write_around(&clip, target, &stop)).await?;
     drop(waits);
-    download(file.into_temp_path(), "video/mp4", &name).await
+    download(Box::new(file.into_temp_path()), "video/mp4", &name).await
 }
 
 fn write_around(clip: &OpenClip, id: u64, stop: &AtomicBool) -> Result<NamedTempFile, Refusal> {
@@ -84,7 +81,7 @@ fn write_around(clip: &OpenClip, id: u64, stop: &AtomicBool) -> Result<NamedTemp
     let widest = boxes().map(|bbox| bbox.w).fold(0.0, f64::max);
     let highest = boxes().map(|bbox| bbox.h).fold(0.0, f64::max);
     let size = [side(widest, whole[0]), side(highest, whole[1])];
-    encode(clip, (first, last), size, stop, |frame, picture| {
+    encode(clip, (first, last), size, stop, &|frame, picture| {
         // Where it is not seen, the part stays where it was.
         let near = frames.range(..=frame).next_back().and_then(|&near| target.box_at(near));
         let [x, y] = near.map_or([0.0; 2], |bbox| bbox.centre());
@@ -117,7 +114,7 @@ fn encode(
     (first, last): (usize, usize),
     [width, height]: [usize; 2],
     stop: &AtomicBool,
-    mut paint: impl FnMut(usize, &Picture) -> Vec<u8>,
+    paint: &dyn Fn(usize, &Picture) -> Vec<u8>,
 ) -> Result<NamedTempFile, Refusal> {
     let stopped = || stop.load(Ordering::SeqCst);
     let source = patchlock_media::open_within(&clip.engine.video, false, clip.engine.limits)?;

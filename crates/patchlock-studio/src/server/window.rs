@@ -31,6 +31,7 @@ use super::answer::{BodyReader, PathParam, Refusal, aside};
 use super::code::{self, CodeStatus, OneTimeCode, TokenRequest};
 use super::error::Error;
 use super::frames::jpeg;
+use super::handler::boxed;
 use super::host::AllowedHosts;
 use super::options::STRANGERS;
 use super::timeouts::{SENDING, Timeouts};
@@ -76,7 +77,7 @@ struct WindowFrame {
 }
 
 struct WindowState {
-    access: Access,
+    access: Arc<Access>,
     code: OneTimeCode,
     frames: watch::Sender<Option<Arc<WindowFrame>>>,
     /// Pages that are open.
@@ -85,8 +86,6 @@ struct WindowState {
     answered: Condvar,
     /// Targets whose boxes were drawn again, in the order of their ids.
     redrawn: Mutex<Vec<RedrawnTarget>>,
-    /// The sources of pages that may show this one within them.
-    frame_ancestors: String,
 }
 
 /// Whether boxes are wanted, and those that a person has drawn.
@@ -182,16 +181,16 @@ impl Window {
             }),
             false => "'none'".to_owned(),
         };
-        let access = Access::new(address, hosts, token::draw().map_err(Error::Start)?);
+        let token = token::draw().map_err(Error::Start)?;
+        let access = Access::new(address, hosts, token, frame_ancestors);
         let shared = Arc::new(WindowState {
-            access: access.map_err(Error::Start)?,
+            access: Arc::new(access.map_err(Error::Start)?),
             code: OneTimeCode::default(),
             frames: watch::Sender::new(None),
             pages: AtomicUsize::new(0),
             question: Mutex::default(),
             answered: Condvar::new(),
             redrawn: Mutex::default(),
-            frame_ancestors,
         });
         let start = |error: std::io::Error| Error::Start(error.to_string());
         let runtime = tokio::runtime::Builder::new_multi_thread()
@@ -199,7 +198,7 @@ impl Window {
             .enable_all()
             .build()
             .map_err(start)?;
-        let routes = routes(Arc::clone(&shared));
+        let routes = routes(&shared);
         let entered = runtime.enter();
         let listener = tokio::net::TcpListener::from_std(listener).map_err(start)?;
         drop(entered);
@@ -424,19 +423,16 @@ fn bounding_box([x, y, w, h]: [f64; 4]) -> BoundingBox {
     BoundingBox { x, y, w, h }
 }
 
-fn routes(shared: Arc<WindowState>) -> Router {
-    let guard = |State(shared): State<Arc<WindowState>>, request, next| async move {
-        access::guarded(&shared.access, &shared.frame_ancestors, request, next).await
-    };
-    let (asked, watched) = (Arc::clone(&shared), Arc::clone(&shared));
+fn routes(shared: &Arc<WindowState>) -> Router {
+    let file = async |PathParam(path): PathParam<String>| embedded(&path);
     Router::new()
-        .route(code::PATH, post(move |body| exchange(asked, body)))
-        .route("/api/frames", get(move |upgrade| frames(watched, upgrade)))
-        .route("/api/{*rest}", any(unknown))
-        .route("/", get(async || embedded("")))
-        .route("/{file}", get(async |PathParam(path): PathParam<String>| embedded(&path)))
-        .fallback(unknown)
-        .layer(middleware::from_fn_with_state(shared, guard))
+        .route(code::PATH, post(boxed(shared, exchange)))
+        .route("/api/frames", get(boxed(shared, frames)))
+        .route("/api/{*rest}", any(boxed(shared, unknown)))
+        .route("/", get(boxed(shared, async || embedded(""))))
+        .route("/{file}", get(boxed(shared, file)))
+        .fallback(boxed(shared, unknown))
+        .layer(middleware::from_fn_with_state(Arc::clone(&shared.access), access::check))
 }
 
 async fn unknown() -> Refusal {
@@ -451,7 +447,10 @@ fn embedded(path: &str) -> Response {
 }
 
 /// `POST /api/token`
-async fn exchange(shared: Arc<WindowState>, body: Body) -> Result<Json<Value>, Refusal> {
+async fn exchange(
+    State(shared): State<Arc<WindowState>>,
+    body: Body,
+) -> Result<Json<Value>, Refusal> {
     let timeouts = Timeouts::default();
     let TokenRequest { code } =
         BodyReader::new(body, code::REQUEST_BYTES, timeouts.body)?.json().await?;
@@ -466,7 +465,10 @@ async fn exchange(shared: Arc<WindowState>, body: Body) -> Result<Json<Value>, R
 }
 
 /// `GET /api/frames`
-async fn frames(shared: Arc<WindowState>, upgrade: live::Upgrade) -> Result<Response, Refusal> {
+async fn frames(
+    State(shared): State<Arc<WindowState>>,
+    upgrade: live::Upgrade,
+) -> Result<Response, Refusal> {
     live::talk(upgrade, MESSAGE_BYTES, async move |socket| {
         shared.pages.fetch_add(1, Ordering::Relaxed);
         page(socket, &shared).await;
