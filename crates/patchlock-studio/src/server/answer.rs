@@ -208,13 +208,12 @@ impl BodyReader {
         }
         Ok(whole)
     }
+}
 
-    /// All of it, as JSON.
-    pub async fn json<T: DeserializeOwned + Send + 'static>(self) -> Result<T, Refusal> {
-        let whole = self.whole().await?;
-        let wrong = |error| Refusal::bad(format!("the request is not as expected: {error}"));
-        aside(move || serde_json::from_slice(&whole).map_err(wrong)).await
-    }
+/// What a body says in JSON.
+pub fn parsed<T: DeserializeOwned>(body: &[u8]) -> Result<T, Refusal> {
+    let wrong = |error| Refusal::bad(format!("the request is not as expected: {error}"));
+    serde_json::from_slice(body).map_err(wrong)
 }
 
 /// Runs work that takes long, or waits for a disk, where it keeps no other request waiting.

@@ -16,7 +16,7 @@ use serde_json::{Map, Value, json};
 use tokio::sync::{MutexGuard, broadcast};
 
 use super::advice;
-use super::answer::{BodyReader, PathParam, Refusal, aside};
+use super::answer::{BodyReader, PathParam, Refusal, aside, parsed};
 use super::app::{App, Settings};
 use super::frames::{Cache, Reader};
 use super::jobs::{CancelledJobs, Jobs};
@@ -538,9 +538,11 @@ struct Edits {
 
 /// `POST /api/clips/ID/edits`
 pub async fn edit(Opened { app, clip }: Opened, body: Body) -> Result<Json<Value>, Refusal> {
-    let Edits { revision, edits } =
-        BodyReader::new(body, EDIT_BYTES, app.timeouts.body)?.json().await?;
-    let edit = move || Ok(json!({ "revision": app.clips.edit(&clip, revision, edits)? }));
+    let body = BodyReader::new(body, EDIT_BYTES, app.timeouts.body)?.whole().await?;
+    let edit = move || {
+        let Edits { revision, edits } = parsed(&body)?;
+        Ok(json!({ "revision": app.clips.edit(&clip, revision, edits)? }))
+    };
     aside(edit).await.map(Json)
 }
 
@@ -556,14 +558,16 @@ pub async fn redo(Opened { app, clip }: Opened) -> Result<Json<Value>, Refusal> 
 
 /// `POST /api/clips/ID/track`
 pub async fn track(Opened { app, clip }: Opened, body: Body) -> Result<Json<Value>, Refusal> {
-    let mut request: Map<String, Value> =
-        BodyReader::new(body, EDIT_BYTES, app.timeouts.body)?.json().await?;
-    let since = request.remove("since").unwrap_or_default();
-    let request = serde_json::from_value::<TrackRequest>(request.into());
-    let request =
-        request.and_then(|request| Ok((request, serde_json::from_value::<Option<u64>>(since)?)));
-    let (request, since) = request.map_err(|error| Refusal::bad(error.to_string()))?;
-    aside(move || Ok(json!({ "job": Jobs::start(&clip, request, since)? }))).await.map(Json)
+    let body = BodyReader::new(body, EDIT_BYTES, app.timeouts.body)?.whole().await?;
+    let start = move || {
+        let mut request: Map<String, Value> = parsed(&body)?;
+        let since = request.remove("since").unwrap_or_default();
+        let wrong = |error: serde_json::Error| Refusal::bad(error.to_string());
+        let request: TrackRequest = serde_json::from_value(request.into()).map_err(wrong)?;
+        let since: Option<u64> = serde_json::from_value(since).map_err(wrong)?;
+        Ok(json!({ "job": Jobs::start(&clip, request, since)? }))
+    };
+    aside(start).await.map(Json)
 }
 
 /// `POST /api/clips/ID/stop`

@@ -13,7 +13,7 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 
 use super::access::{random_hex, same};
-use super::answer::{BodyReader, Refusal};
+use super::answer::{BodyReader, Refusal, parsed};
 use super::app::App;
 
 /// Where a page exchanges a code for the token. It is answered without the token.
@@ -79,8 +79,8 @@ pub struct TokenRequest {
 
 /// `POST /api/token`
 pub async fn exchange(State(app): State<Arc<App>>, body: Body) -> Result<Json<Value>, Refusal> {
-    let TokenRequest { code } =
-        BodyReader::new(body, REQUEST_BYTES, app.timeouts.body)?.json().await?;
+    let body = BodyReader::new(body, REQUEST_BYTES, app.timeouts.body)?.whole().await?;
+    let TokenRequest { code } = parsed(&body)?;
     let status = app.code.take(&code, app.timeouts.code);
     if status == CodeStatus::Valid {
         return Ok(Json(json!({ "token": app.access.token() })));

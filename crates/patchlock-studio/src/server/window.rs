@@ -27,7 +27,7 @@ use tokio::runtime::Runtime;
 use tokio::sync::watch;
 
 use super::access::{self, Access};
-use super::answer::{BodyReader, PathParam, Refusal, aside};
+use super::answer::{BodyReader, PathParam, Refusal, aside, parsed};
 use super::code::{self, CodeStatus, OneTimeCode, TokenRequest};
 use super::error::Error;
 use super::frames::jpeg;
@@ -452,8 +452,8 @@ async fn exchange(
     body: Body,
 ) -> Result<Json<Value>, Refusal> {
     let timeouts = Timeouts::default();
-    let TokenRequest { code } =
-        BodyReader::new(body, code::REQUEST_BYTES, timeouts.body)?.json().await?;
+    let body = BodyReader::new(body, code::REQUEST_BYTES, timeouts.body)?.whole().await?;
+    let TokenRequest { code } = parsed(&body)?;
     match shared.code.take(&code, timeouts.code) {
         CodeStatus::Valid => Ok(Json(json!({ "token": shared.access.token() }))),
         CodeStatus::Expired | CodeStatus::Unknown => {
