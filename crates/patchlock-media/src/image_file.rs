@@ -48,6 +48,14 @@ pub enum LoadError {
     Parts(#[from] PartsError),
 }
 
+/// What images are read from. Decoders are generic: each further type would compile all of them again.
+pub type Source<'a> = Box<dyn ReadSeek + 'a>;
+
+/// Bytes that can be read from any place.
+pub trait ReadSeek: BufRead + Seek + Send {}
+
+impl<T: BufRead + Seek + Send> ReadSeek for T {}
+
 /// Whether the extension of a path is one of [`EXTENSIONS`], in any case.
 pub fn is_image(path: &Path) -> bool {
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
@@ -70,7 +78,8 @@ pub fn size_of(plain: &mut PlainFile) -> Result<(usize, usize), LoadError> {
     if plain.length == 0 {
         return Err(LoadError::Empty);
     }
-    let reader = ImageReader::new(BufReader::new(&plain.file)).with_guessed_format()?;
+    let source: Source = Box::new(BufReader::new(&plain.file));
+    let reader = ImageReader::new(source).with_guessed_format()?;
     let (width, height, orientation) = guard::decoding(|| -> Result<_, LoadError> {
         let mut decoder = reader.into_decoder()?;
         let (width, height) = decoder.dimensions();
@@ -132,7 +141,7 @@ pub fn decode_within(bytes: &[u8], limits: Limits) -> Result<Picture, LoadError>
 /// [`LoadError`] if the list of the pages is damaged.
 pub(crate) fn pages(file: &Path) -> Result<Vec<u64>, LoadError> {
     let plain = plain_file::open(file)?;
-    Ok(tiff_pages::find(&mut BufReader::new(plain.file), plain.length)?)
+    Ok(tiff_pages::find(Box::new(BufReader::new(plain.file)), plain.length)?)
 }
 
 /// Reads the page of a TIFF that begins here, as [`load_within`] reads an image.
@@ -141,12 +150,13 @@ pub(crate) fn pages(file: &Path) -> Result<Vec<u64>, LoadError> {
 /// [`LoadError`].
 pub(crate) fn load_page(file: &Path, begin: u64, limits: Limits) -> Result<Picture, LoadError> {
     let plain = plain_file::open(file)?;
-    let Some(page) = Page::new(plain.file, begin)? else { return Err(LoadError::Cut) };
-    let mut page = BufReader::new(page);
+    let page = || -> Result<Source, LoadError> {
+        let page = Page::new(plain.file.try_clone()?, begin)?.ok_or(LoadError::Cut)?;
+        Ok(Box::new(BufReader::new(page)))
+    };
     guard::decoding(|| {
-        image_parts::check_tiff(&mut page, plain.length)?;
-        page.rewind()?;
-        let reader = ImageReader::with_format(page, ImageFormat::Tiff);
+        image_parts::check_tiff(page()?, plain.length)?;
+        let reader = ImageReader::with_format(page()?, ImageFormat::Tiff);
         Ok(to_picture(decode_reader(reader, limits, || Ok(()))?))
     })?
 }
@@ -155,13 +165,14 @@ fn decode_unguarded(bytes: &[u8], limits: Limits) -> Result<Picture, LoadError> 
     if bytes.is_empty() {
         return Err(LoadError::Empty);
     }
-    let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format()?;
+    let source: Source = Box::new(Cursor::new(bytes));
+    let reader = ImageReader::new(source).with_guessed_format()?;
     let format = reader.format();
     let image = decode_reader(reader, limits, || image_parts::check(bytes, format))?;
     if format == Some(ImageFormat::Jpeg) && !jpeg_is_complete(bytes) {
         return Err(LoadError::Cut);
     }
-    let pages = tiff_pages::find(&mut Cursor::new(bytes), bytes.len() as u64)?;
+    let pages = tiff_pages::find(Box::new(Cursor::new(bytes)), bytes.len() as u64)?;
     let pictures = pages.len().max(image_parts::pictures(bytes, format));
     if pictures > 1 {
         return Err(LoadError::Several(pictures));
@@ -171,7 +182,7 @@ fn decode_unguarded(bytes: &[u8], limits: Limits) -> Result<Picture, LoadError> 
 
 /// Decodes an image after it was checked.
 fn decode_reader(
-    mut reader: ImageReader<impl BufRead + Seek>,
+    mut reader: ImageReader<Source>,
     limits: Limits,
     check: impl FnOnce() -> Result<(), LoadError>,
 ) -> Result<DynamicImage, LoadError> {

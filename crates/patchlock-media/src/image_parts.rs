@@ -13,7 +13,7 @@ use tiff::tags::{CompressionMethod, Tag};
 use zune_jpeg::JpegDecoder;
 use zune_jpeg::zune_core::bytestream::ZCursor;
 
-use crate::image_file::LoadError;
+use crate::image_file::{LoadError, Source};
 
 /// Why the parts of an image are refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -47,7 +47,7 @@ pub enum PartsError {
 /// Checks the parts of an image whose outer size is within the limits.
 pub fn check(bytes: &[u8], format: Option<ImageFormat>) -> Result<(), LoadError> {
     match format {
-        Some(ImageFormat::Tiff) => check_tiff(&mut Cursor::new(bytes), bytes.len() as u64),
+        Some(ImageFormat::Tiff) => check_tiff(Box::new(Cursor::new(bytes)), bytes.len() as u64),
         Some(ImageFormat::WebP) => Ok(check_webp(bytes)?),
         _ => Ok(()),
     }
@@ -76,15 +76,14 @@ pub fn pictures(bytes: &[u8], format: Option<ImageFormat>) -> usize {
 const TILED_PIXELS: usize = 1 << 20;
 
 /// Checks the first page of a TIFF of this many bytes.
-pub fn check_tiff(source: &mut (impl Read + Seek), file: u64) -> Result<(), LoadError> {
+pub fn check_tiff(source: Source, file: u64) -> Result<(), LoadError> {
     let damaged = |error: TiffError| {
         LoadError::Damaged(ImageError::Decoding(DecodingError::new(
             ImageFormat::Tiff.into(),
             error,
         )))
     };
-    source.rewind()?;
-    let mut tiff = Decoder::new(&mut *source).map_err(damaged)?;
+    let mut tiff = Decoder::new(source).map_err(damaged)?;
     let image = sides(tiff.dimensions().map_err(damaged)?);
     let is_tiled = tiff.get_chunk_type() == ChunkType::Tile;
     let place = sides(tiff.chunk_dimensions());
@@ -113,13 +112,14 @@ pub fn check_tiff(source: &mut (impl Read + Seek), file: u64) -> Result<(), Load
     if parts > file {
         return Err(PartsError::Shared { parts, file }.into());
     }
+    let source = tiff.inner();
     for (offset, count) in offsets.into_iter().zip(counts) {
         let mut part = Vec::new();
         source.seek(SeekFrom::Start(offset))?;
         source.take(count).read_to_end(&mut part)?;
         // The decoder refuses what is not there.
         if part.len() as u64 == count {
-            check_jpeg(&part, tables.as_deref(), place)?;
+            check_jpeg(part, tables.as_deref(), place)?;
         }
     }
     Ok(())
@@ -127,11 +127,15 @@ pub fn check_tiff(source: &mut (impl Read + Seek), file: u64) -> Result<(), Load
 
 /// Checks a JPEG that is a strip or a tile. The tables of all are put before it, without the
 /// markers between the two, as the decoder does.
-fn check_jpeg(part: &[u8], tables: Option<&[u8]>, place: (usize, usize)) -> Result<(), PartsError> {
+fn check_jpeg(
+    part: Vec<u8>,
+    tables: Option<&[u8]>,
+    place: (usize, usize),
+) -> Result<(), PartsError> {
     let joined = tables.and_then(|tables| {
         Some([tables.get(..tables.len().checked_sub(2)?)?, part.get(2..)?].concat())
     });
-    let mut jpeg = JpegDecoder::new(ZCursor::new(joined.as_deref().unwrap_or(part)));
+    let mut jpeg = JpegDecoder::new(ZCursor::new(joined.unwrap_or(part)));
     // The decoder fails at headers that cannot be read.
     let size = jpeg.decode_headers().ok().and_then(|()| jpeg.dimensions());
     // Encoders fill the last strip up to whole blocks.

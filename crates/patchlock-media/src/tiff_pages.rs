@@ -2,7 +2,10 @@
 //! page; [`Page`] makes another one the first.
 
 use std::collections::HashSet;
+use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
+
+use crate::image_file::Source;
 
 /// The tag that says what a page is: bit 0 for a smaller copy of another page, bit 2 for a mask.
 const KIND: u64 = 254;
@@ -72,13 +75,14 @@ impl Form {
 ///
 /// # Errors
 /// A list of several pages that is damaged.
-pub fn find(source: &mut (impl Read + Seek), length: u64) -> io::Result<Vec<u64>> {
-    let Some(Header { bytes, form }) = Header::read(source)? else { return Ok(Vec::new()) };
+pub fn find(mut source: Source, length: u64) -> io::Result<Vec<u64>> {
+    let Some(Header { bytes, form }) = Header::read(&mut source)? else { return Ok(Vec::new()) };
     let mut next = form.number(&bytes[form.first()..]);
     let first = next;
     let (mut pages, mut seen, mut left) = (Vec::new(), HashSet::new(), length);
     while next != 0 {
-        let read = if seen.insert(next) { read_page(source, form, next, &mut left) } else { None };
+        let read =
+            if seen.insert(next) { read_page(&mut source, form, next, &mut left) } else { None };
         let Some(page) = read else {
             // Some programs write anything after the only page.
             if seen.len() <= 2 {
@@ -104,12 +108,7 @@ struct Entry {
 }
 
 /// Reads a page's table; `None` if it is not there. The tables together have at most `left` bytes.
-fn read_page(
-    source: &mut (impl Read + Seek),
-    form: Form,
-    at: u64,
-    left: &mut u64,
-) -> Option<Entry> {
+fn read_page(source: &mut Source, form: Form, at: u64, left: &mut u64) -> Option<Entry> {
     source.seek(SeekFrom::Start(at)).ok()?;
     let (of_count, of_entry) = if form.is_big { (8, 20) } else { (2, 12) };
     let count = form.read(source, of_count).ok()?;
@@ -131,15 +130,15 @@ fn read_page(
 }
 
 /// A TIFF whose first page is another one.
-pub struct Page<R> {
-    source: R,
+pub struct Page {
+    source: File,
     header: Vec<u8>,
     at: u64,
 }
 
-impl<R: Read + Seek> Page<R> {
+impl Page {
     /// The page that begins here; `None` if the file is not a TIFF.
-    pub fn new(mut source: R, begin: u64) -> io::Result<Option<Self>> {
+    pub fn new(mut source: File, begin: u64) -> io::Result<Option<Self>> {
         let Some(Header { bytes: mut header, form }) = Header::read(&mut source)? else {
             return Ok(None);
         };
@@ -154,7 +153,7 @@ impl<R: Read + Seek> Page<R> {
     }
 }
 
-impl<R: Read + Seek> Read for Page<R> {
+impl Read for Page {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let header = usize::try_from(self.at).ok().and_then(|at| self.header.get(at..));
         let count = match header.filter(|rest| !rest.is_empty()) {
@@ -170,7 +169,7 @@ impl<R: Read + Seek> Read for Page<R> {
     }
 }
 
-impl<R: Read + Seek> Seek for Page<R> {
+impl Seek for Page {
     fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
         self.at = self.source.seek(to)?;
         Ok(self.at)

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use image_webp::WebPDecoder;
 
-use crate::image_file::LoadError;
+use crate::image_file::{LoadError, Source};
 use crate::limits::{self, Limits};
 use crate::{Error, FrameRate, FrameSource, Picture, image_parts, plain_file};
 
@@ -18,7 +18,7 @@ pub fn is_animated(head: &[u8]) -> bool {
 
 /// An animated WebP.
 pub struct WebpAnimation {
-    decoder: WebPDecoder<Cursor<Vec<u8>>>,
+    decoder: WebPDecoder<Source<'static>>,
     name: std::path::PathBuf,
     next: usize,
     /// When the next frame is shown, in milliseconds.
@@ -32,7 +32,8 @@ impl WebpAnimation {
         let read = || -> Result<_, LoadError> {
             let bytes = plain_file::open(path)?.read(most)?;
             image_parts::check(&bytes, Some(image::ImageFormat::WebP))?;
-            let mut decoder = WebPDecoder::new(Cursor::new(bytes)).map_err(damaged)?;
+            let source: Source = Box::new(Cursor::new(bytes));
+            let mut decoder = WebPDecoder::new(source).map_err(damaged)?;
             let (width, height) = decoder.dimensions();
             limits.check(width as usize, height as usize)?;
             decoder.set_memory_limit(usize::try_from(most).unwrap_or(usize::MAX));
