@@ -35,8 +35,16 @@ impl Prefetcher {
     /// stops after the last of them, at the end of the source, at the first error, or when this
     /// value is dropped.
     pub fn start(
+        source: Box<dyn FrameSource>,
+        indices: impl Iterator<Item = usize> + Send + 'static,
+    ) -> Self {
+        Self::spawn(source, Box::new(indices))
+    }
+
+    /// Of one type, so that threads and channels are compiled once.
+    fn spawn(
         mut source: Box<dyn FrameSource>,
-        mut indices: impl Iterator<Item = usize> + Send + 'static,
+        mut indices: Box<dyn Iterator<Item = usize> + Send>,
     ) -> Self {
         let (sender, frames) = mpsc::sync_channel(DEPTH);
         let (noted, notes) = mpsc::channel();
