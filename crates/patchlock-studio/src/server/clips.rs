@@ -495,12 +495,12 @@ impl OpenClip {
 }
 
 /// The clip that an address names, open.
-pub struct Opened {
+pub struct ClipRequest {
     pub app: Arc<App>,
     pub clip: Arc<OpenClip>,
 }
 
-impl FromRequestParts<Arc<App>> for Opened {
+impl FromRequestParts<Arc<App>> for ClipRequest {
     type Rejection = Refusal;
 
     async fn from_request_parts(parts: &mut Parts, app: &Arc<App>) -> Result<Self, Refusal> {
@@ -524,7 +524,7 @@ pub async fn list(State(app): State<Arc<App>>) -> Result<Json<Value>, Refusal> {
 }
 
 /// `GET /api/clips/ID`
-pub async fn one(Opened { clip, .. }: Opened) -> Result<Json<Value>, Refusal> {
+pub async fn one(ClipRequest { clip, .. }: ClipRequest) -> Result<Json<Value>, Refusal> {
     aside(move || clip.whole()).await.map(Json)
 }
 
@@ -537,7 +537,10 @@ struct Edits {
 }
 
 /// `POST /api/clips/ID/edits`
-pub async fn edit(Opened { app, clip }: Opened, body: Body) -> Result<Json<Value>, Refusal> {
+pub async fn edit(
+    ClipRequest { app, clip }: ClipRequest,
+    body: Body,
+) -> Result<Json<Value>, Refusal> {
     let body = BodyReader::new(body, EDIT_BYTES, app.timeouts.body)?.whole().await?;
     let edit = move || {
         let Edits { revision, edits } = parsed(&body)?;
@@ -547,17 +550,20 @@ pub async fn edit(Opened { app, clip }: Opened, body: Body) -> Result<Json<Value
 }
 
 /// `POST /api/clips/ID/undo`
-pub async fn undo(Opened { app, clip }: Opened) -> Result<Json<Value>, Refusal> {
+pub async fn undo(ClipRequest { app, clip }: ClipRequest) -> Result<Json<Value>, Refusal> {
     aside(move || app.clips.step(&clip, false)).await.map(Json)
 }
 
 /// `POST /api/clips/ID/redo`
-pub async fn redo(Opened { app, clip }: Opened) -> Result<Json<Value>, Refusal> {
+pub async fn redo(ClipRequest { app, clip }: ClipRequest) -> Result<Json<Value>, Refusal> {
     aside(move || app.clips.step(&clip, true)).await.map(Json)
 }
 
 /// `POST /api/clips/ID/track`
-pub async fn track(Opened { app, clip }: Opened, body: Body) -> Result<Json<Value>, Refusal> {
+pub async fn track(
+    ClipRequest { app, clip }: ClipRequest,
+    body: Body,
+) -> Result<Json<Value>, Refusal> {
     let body = BodyReader::new(body, EDIT_BYTES, app.timeouts.body)?.whole().await?;
     let start = move || {
         let mut request: Map<String, Value> = parsed(&body)?;
@@ -571,7 +577,7 @@ pub async fn track(Opened { app, clip }: Opened, body: Body) -> Result<Json<Valu
 }
 
 /// `POST /api/clips/ID/stop`
-pub async fn stop(Opened { clip, .. }: Opened) -> Result<Json<Value>, Refusal> {
+pub async fn stop(ClipRequest { clip, .. }: ClipRequest) -> Result<Json<Value>, Refusal> {
     let stop = move || {
         let CancelledJobs { running, dropped } = Jobs::stop_all(&clip);
         Ok(json!({ "stopped": dropped.len() + usize::from(running), "dropped": dropped }))

@@ -26,7 +26,7 @@ use zip::{CompressionMethod, ZipWriter};
 
 use super::answer::{BodyReader, QueryParams, Refusal, aside};
 use super::app::App;
-use super::clips::{Clips, OpenClip, Opened};
+use super::clips::{ClipRequest, Clips, OpenClip};
 use super::options::ProjectLocation;
 use crate::import::ImportResult;
 use crate::project::{Attribute, Project, Target, Video, check};
@@ -138,7 +138,7 @@ pub struct ImportQuery {
 /// `preview=true`, only what would be added.
 pub async fn import_boxes(
     QueryParams(ImportQuery { format, preview }): QueryParams<ImportQuery>,
-    Opened { app, clip }: Opened,
+    ClipRequest { app, clip }: ClipRequest,
     body: Body,
 ) -> Result<Json<Value>, Refusal> {
     let format = import::Format::named(&format)?;
@@ -317,7 +317,7 @@ fn with_remarks(mut answer: Response, written: &ExportSummary) -> Response {
 /// `GET /api/clips/ID/export?format=NAME`: a file, or a folder as one file.
 pub async fn export_boxes(
     QueryParams(query): QueryParams<ExportQuery>,
-    Opened { app, clip }: Opened,
+    ClipRequest { app, clip }: ClipRequest,
 ) -> Result<Response, Refusal> {
     let stem = stem(&clip.name);
     let options = query.options(stem.clone(), app.settings.limits)?;

@@ -12,7 +12,7 @@ use tokio::sync::broadcast::error::RecvError;
 
 use super::access::PROTOCOL;
 use super::answer::Refusal;
-use super::clips::{OpenClip, Opened};
+use super::clips::{ClipRequest, OpenClip};
 use super::timeouts::SENDING;
 
 /// A window has nothing to say.
@@ -35,7 +35,10 @@ pub fn talk<F: Future<Output = ()> + Send + 'static>(
 }
 
 /// `GET /api/clips/ID/events`
-pub async fn events(Opened { clip, .. }: Opened, upgrade: Upgrade) -> Result<Response, Refusal> {
+pub async fn events(
+    ClipRequest { clip, .. }: ClipRequest,
+    upgrade: Upgrade,
+) -> Result<Response, Refusal> {
     // The window reads the project as soon as it has the answer; what changes after that must reach
     // it.
     let events = clip.events.subscribe();

@@ -7,7 +7,7 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 
 use super::answer::{QueryParams, Refusal, aside};
-use super::clips::{OpenClip, Opened, no_target};
+use super::clips::{ClipRequest, OpenClip, no_target};
 use crate::engine::look::compare;
 use crate::project::{Target, TrackedBox};
 
@@ -21,7 +21,7 @@ pub struct LookQuery {
 /// `GET /api/clips/ID/look?target=T&frame=N`
 pub async fn look(
     QueryParams(place): QueryParams<LookQuery>,
-    Opened { clip, .. }: Opened,
+    ClipRequest { clip, .. }: ClipRequest,
 ) -> Result<Json<Value>, Refusal> {
     aside(move || look_at(&clip, &place)).await.map(Json)
 }

@@ -5,7 +5,7 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 
 use super::answer::{QueryParams, Refusal, aside};
-use super::clips::{Opened, no_target};
+use super::clips::{ClipRequest, no_target};
 use crate::tracking::review::{ReviewStats, ReviewSuggestion, review_stats, suggestions};
 
 /// Of which target.
@@ -17,7 +17,7 @@ pub struct TargetQuery {
 /// `GET /api/clips/ID/doubts?target=T`
 pub async fn doubtful(
     QueryParams(TargetQuery { target }): QueryParams<TargetQuery>,
-    Opened { clip, .. }: Opened,
+    ClipRequest { clip, .. }: ClipRequest,
 ) -> Result<Json<Value>, Refusal> {
     let found = aside(move || {
         let tracking = clip.jobs.targets();

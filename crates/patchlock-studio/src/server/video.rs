@@ -14,7 +14,7 @@ use tempfile::NamedTempFile;
 
 use super::answer::{PathParam, Refusal, aside};
 use super::app::App;
-use super::clips::{OpenClip, Opened, no_target};
+use super::clips::{ClipRequest, OpenClip, no_target};
 use super::files::{cannot_keep, download, stem};
 use crate::project::{Project, Target};
 use patchlock_drawing::canvas::{Canvas, Line};
@@ -39,7 +39,7 @@ impl Drop for StopGuard {
 }
 
 /// `GET /api/clips/ID/video`
-pub async fn annotated(Opened { clip, .. }: Opened) -> Result<Response, Refusal> {
+pub async fn annotated(ClipRequest { clip, .. }: ClipRequest) -> Result<Response, Refusal> {
     let waits = StopGuard(Arc::default());
     let stop = Arc::clone(&waits.0);
     let name = format!("{}.annotated.mp4", stem(&clip.name));
