@@ -230,7 +230,7 @@ impl FrameObserver for RunVideo {
         let pending = pending.map_err(|error| self.error(&error))?;
         let (rate, view) = (played_by(rate, self.stride), View::new(Style::default()));
         let video = Video::new(pending, rate, view, QUALITY, expected);
-        self.sink = Some(Box::new(BackgroundSink::new(video)));
+        self.sink = Some(Box::new(BackgroundSink::new(Box::new(video))));
         Ok(())
     }
 
