@@ -83,13 +83,9 @@ EXAMPLES:
     --box 120,80,64,48
       reads frames from any program that writes Y4M";
 
-/// Where the targets of a run are, in the help.
 const TARGETS: &str = "More ways to give targets";
-/// Which frames.
 const FRAMES: &str = "Frames";
-/// How they are tracked.
 const TRACKER: &str = "Tracker";
-/// What is written and shown.
 const OUTPUT: &str = "Tables and page";
 
 /// Tracks one or more objects through a video or a folder of frames

@@ -120,7 +120,9 @@ impl Jobs {
 
     /// Tells the windows which targets wait.
     fn tell_queue(&self, clip: &OpenClip) {
-        let waiting: Vec<u64> = self.lock().waiting.iter().map(|it| it.request.target()).collect();
+        // The lock is held until it is told: a window takes the list that comes last for the newest.
+        let queue = self.lock();
+        let waiting: Vec<u64> = queue.waiting.iter().map(|it| it.request.target()).collect();
         clip.tell(&json!({ "type": "queue", "waiting": waiting }));
     }
 

@@ -277,8 +277,7 @@ impl WithSimd for SolveBlock<'_> {
     }
 }
 
-/// Completes the codes of the candidates at the root. An operation of its own, so that it is
-/// compiled once for [`SolveBlock`] and [`SolveGroup`]: it is a third of the crate's machine code.
+/// Completes the codes of the candidates at the root. Compiled once for both of its callers.
 struct Descend<'a> {
     problem: Problem<'a>,
     scratch: &'a mut SolverScratch,
