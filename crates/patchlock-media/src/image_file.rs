@@ -49,10 +49,10 @@ pub enum LoadError {
 }
 
 /// What images are read from. Decoders are generic: each further type would compile all of them again.
-pub type Source<'a> = Box<dyn ReadSeek + 'a>;
+pub(crate) type Source<'a> = Box<dyn ReadSeek + 'a>;
 
 /// Bytes that can be read from any place.
-pub trait ReadSeek: BufRead + Seek + Send {}
+pub(crate) trait ReadSeek: BufRead + Seek + Send {}
 
 impl<T: BufRead + Seek + Send> ReadSeek for T {}
 
