@@ -165,7 +165,6 @@ fn bounds_are_tight_where_little_is_left() {
     for (_, instructions) in Instructions::available() {
         let descend = RowDescent { dictionary: &dictionary, shared: &shared, path: &[3, 16, 31] };
         for (depth, errors) in instructions.dispatch(descend).iter().enumerate().skip(1) {
-            println!("{depth} {} {} {:?}", errors.max_residual, errors.divisors, errors.columns);
             assert!(errors.max_residual < 1e-3, "node {depth}: {errors:?}");
             assert!(errors.divisors < 1e-2 * errors.max_residual, "node {depth}: {errors:?}");
             assert!(errors.columns.iter().all(|e| *e < 1e-7), "node {depth}: {errors:?}");
