@@ -1,5 +1,7 @@
 //! Scenes: frames and their truth.
 
+use std::sync::OnceLock;
+
 use crate::backdrop::backdrop;
 use crate::canvas::Canvas;
 use crate::config::SceneConfig;
@@ -15,6 +17,8 @@ pub struct Scene {
     /// Static layers are painted once.
     behind: Canvas,
     in_front: Option<Canvas>,
+    /// Computed when they are first asked for.
+    truths: Vec<OnceLock<Truth>>,
 }
 
 /// One rendered picture.
@@ -44,6 +48,7 @@ impl Scene {
         Scene {
             behind: backdrop(width, height, seed),
             in_front: config.post.map(|post| trunk(width, height, post, seed)),
+            truths: vec![OnceLock::new(); config.frames],
             config,
         }
     }
@@ -98,8 +103,11 @@ impl Scene {
     ///
     /// If there is no such frame.
     pub fn truth(&self, k: usize) -> Truth {
-        let post = self.config.post.map(|post| (post, self.config.seed));
-        self.target(k).truth([self.config.width, self.config.height], post)
+        let target = self.target(k);
+        *self.truths[k].get_or_init(|| {
+            let post = self.config.post.map(|post| (post, self.config.seed));
+            target.truth([self.config.width, self.config.height], post)
+        })
     }
 
     /// Gain and offset (in grey levels, 0 to 255) of the light in frame `k`.
@@ -123,7 +131,8 @@ impl Scene {
             for (channel, &colour) in pixel[..3].iter().enumerate() {
                 let noise = spread * bell(noise_seed, i as i64, channel as i64);
                 let level = gain * f64::from(colour) + offset + noise;
-                rgb.push(level.round().clamp(0.0, 255.0) as u8);
+                // Rounded without a call of a function.
+                rgb.push((level.clamp(0.0, 255.0) + 0.5) as u8);
             }
         }
         rgb

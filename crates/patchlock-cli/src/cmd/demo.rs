@@ -7,7 +7,7 @@ use std::sync::Arc;
 use anyhow::{Context, Result};
 use clap::Args;
 use patchlock::{BoundingBox, Status, TrackerConfig};
-use patchlock_media::{Error, FrameRate, Mp4Writer, Picture};
+use patchlock_media::{Error, FrameRate, FrameSource, Mp4Writer, Picture, Prefetcher};
 use patchlock_scene::Scene;
 use patchlock_track::files;
 
@@ -90,8 +90,8 @@ fn show(args: &DemoArgs, program: &str) -> Result<()> {
     let mut targets = Targets::in_first_frame(&[truth_box(&scene, 0)]);
     let (mut run, mut show) = begin(&args.out, &scene)?;
     let progress = Progress::new(Some(scene.len()), args.quiet);
-    let frames = (0..scene.len()).take_while(|_| !interrupt::requested());
-    let frames = frames.map(|k| Ok((k, rendered(&scene, k))));
+    let frames = Prefetcher::start(Box::new(SceneSource(scene.clone())), 0..scene.len());
+    let frames = frames.take_while(|_| !interrupt::requested()).map(|frame| Ok(frame?));
     run.track_all(&mut targets, frames, &progress, |tracked| show.add(&scene, tracked))?;
     progress.finish("");
     let (count, fps) = (run.measurements().frames(), run.measurements().fps());
@@ -165,10 +165,22 @@ fn begin(out: &Path, scene: &Scene) -> Result<(Run, DemoOutput)> {
     Ok((run, show))
 }
 
-/// A frame of the scene.
-fn rendered(scene: &Scene, k: usize) -> Picture {
-    let frame = scene.frame(k);
-    Picture::rgb(frame.width, frame.height, frame.rgb)
+/// The frames of a scene.
+struct SceneSource(Scene);
+
+impl FrameSource for SceneSource {
+    fn length(&self) -> Option<usize> {
+        Some(self.0.len())
+    }
+
+    fn rate(&self) -> Option<FrameRate> {
+        Some(FrameRate::DEFAULT)
+    }
+
+    fn frame(&mut self, index: usize) -> Result<Option<Picture>, Error> {
+        let frame = (index < self.0.len()).then(|| self.0.frame(index));
+        Ok(frame.map(|frame| Picture::rgb(frame.width, frame.height, frame.rgb)))
+    }
 }
 
 /// What the demo shows beside the outputs of the run, and the measurements so far.

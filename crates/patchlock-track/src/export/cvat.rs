@@ -98,6 +98,7 @@ fn write_labels(xml: &mut Document, job: &Job<'_>) {
         let of_target = names.filter(|name| !is_declared(name));
         others.extend(of_target.map(|name| (job.label(id), name)));
     }
+    others.sort_by_key(|(of, _)| *of);
     let truncated = job.track.entries().iter().any(|entry| entry.manual.is_some());
     for label in &job.labels {
         xml.element("label", &[], |xml| {
@@ -105,7 +106,8 @@ fn write_labels(xml: &mut Document, job: &Job<'_>) {
             xml.element("attributes", &[], |xml| {
                 job.track.declared(label).iter().for_each(|it| write_declared(xml, it));
                 // A label of the project may have no target in this clip.
-                let own = others.iter().filter(|(of, _)| of == label);
+                let first = others.partition_point(|(of, _)| of < label);
+                let own = others[first..].iter().take_while(|(of, _)| of == label);
                 for name in names::distinct(own.map(|(_, name)| *name).collect()) {
                     write_definition(xml, name, ["False", "text", "", ""]);
                 }
