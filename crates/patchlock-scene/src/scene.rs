@@ -131,7 +131,7 @@ impl Scene {
             for (channel, &colour) in pixel[..3].iter().enumerate() {
                 let noise = spread * bell(noise_seed, i as i64, channel as i64);
                 let level = gain * f64::from(colour) + offset + noise;
-                // Rounded without a call of a function.
+                // `round` would be a call of a function for each sample.
                 rgb.push((level.clamp(0.0, 255.0) + 0.5) as u8);
             }
         }

@@ -201,19 +201,24 @@ fn library() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("src")
 }
 
-/// The Rust files of a folder and those below it, without unit tests in files of their own.
+/// All Rust files in a folder and its subfolders.
 fn rust_files(folder: &Path) -> Vec<PathBuf> {
     let mut files = Vec::new();
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
         if path.is_dir() {
             files.extend(rust_files(&path));
-        } else if path.extension().is_some_and(|e| e == "rs") && !path.ends_with("tests.rs") {
+        } else if path.extension().is_some_and(|e| e == "rs") {
             files.push(path);
         }
     }
     files.sort();
     files
+}
+
+/// As `rust_files`, without unit tests in files of their own.
+fn files_without_tests(folder: &Path) -> Vec<PathBuf> {
+    rust_files(folder).into_iter().filter(|file| !file.ends_with("tests.rs")).collect()
 }
 
 /// The source without comments, because docs may name anything.
@@ -320,7 +325,7 @@ fn the_modules_of_the_rules_exist() {
 #[test]
 fn the_library_touches_no_files_terminal_or_clock() {
     let mut wrong = Vec::new();
-    for file in rust_files(&library()) {
+    for file in files_without_tests(&library()) {
         let code = code(&file);
         // Tests are at the end of a file.
         let code = code.split("#[cfg(test)]").next().unwrap();
@@ -410,7 +415,7 @@ fn metrics_see_boxes_statuses_and_a_protocol() {
 fn nothing_prints_and_only_sessions_and_runs_have_a_clock() {
     for name in ["patchlock-track", "patchlock-bench"] {
         let source = library().join("../..").join(name).join("src");
-        for file in rust_files(&source) {
+        for file in files_without_tests(&source) {
             let code = code(&file);
             let code = code.split("#[cfg(test)]").next().unwrap();
             let path = file.strip_prefix(&source).unwrap();
@@ -466,7 +471,7 @@ fn libraries_name_no_options_of_the_program() {
         ["patchlock", "patchlock-media", "patchlock-track", "patchlock-bench", "patchlock-studio"]
     {
         let source = library().join("../..").join(name).join("src");
-        for file in rust_files(&source) {
+        for file in files_without_tests(&source) {
             let text = fs::read_to_string(&file).unwrap();
             let text = text.split("#[cfg(test)]").next().unwrap();
             for literal in literals(text).iter().filter(|literal| names_an_option(literal)) {
