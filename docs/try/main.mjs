@@ -30,6 +30,8 @@ const drawing = /** @type {CanvasRenderingContext2D} */ (stage.getContext('2d'))
 const LOAD = 0.8;
 /** The slowest that browsers play. */
 const SLOWEST = 0.0625;
+/** The factors of the rate after several frames were left out, and after each frame that was not. */
+const [SLOWER, FASTER] = [0.8, 1.005];
 
 const remote = new Remote();
 const video = Object.assign(document.createElement('video'), { muted: true, playsInline: true });
@@ -41,6 +43,8 @@ let tracking = false;
 let ready = false;
 /** What each row took, from the call for its frame to its answer, smoothed: in milliseconds. */
 let pace = 0;
+/** The highest rate: the browser may leave frames out that the tracker had time for. */
+let limit = 1;
 
 const live = () => video.srcObject !== null;
 
@@ -191,14 +195,26 @@ const add = ({ estimate, ms }, time) => {
     report();
 };
 
-/** Plays as fast as the tracker can look at each frame. @param {number} spent @param {number} between
- * milliseconds of the last frame, and seconds between two frames */
-const keepPace = (spent, between) => {
+/**
+ * Plays as fast as the tracker can look at each frame, and the browser can show it. Firefox leaves out every
+ * sixth frame of 30 a second at any rate, so a single one is no reason to play slower.
+ * @param {number} spent milliseconds that the frame took
+ * @param {number} passed seconds of the video since the frame before
+ * @param {number} frames frames since then: more than one if the browser left some out
+ */
+const keepPace = (spent, passed, frames) => {
     pace = pace === 0 ? spent : 0.9 * pace + 0.1 * spent;
-    if (live() || !(between > 0)) return;
-    const rate = Math.min(1, Math.max(SLOWEST, (LOAD * between * 1000) / pace));
+    if (live() || !(passed > 0 && frames > 0)) return;
+    limit = frames > 2 ? SLOWER * video.playbackRate : Math.min(1, FASTER * limit);
+    const rate = Math.max(SLOWEST, Math.min(limit, (LOAD * passed * 1000) / (frames * pace)));
     if (Math.abs(rate - video.playbackRate) > 0.05 * video.playbackRate) video.playbackRate = rate;
 };
+
+/** Plays on. It may be paused again before it does, if the next frame comes first. */
+const play = () =>
+    video.play().catch((error) => {
+        if (error.name !== 'AbortError') throw error;
+    });
 
 /** Tracks each frame that the browser shows, until the end or a stop. */
 const follow = () =>
@@ -219,9 +235,10 @@ const follow = () =>
                 const begun = performance.now();
                 drawing.drawImage(video, 0, 0, stage.width, stage.height);
                 const answer = await remote.ask({ kind: 'update', picture: await createImageBitmap(stage) });
-                if (last) missed += Math.max(0, now.presentedFrames - last.presentedFrames - 1);
+                const frames = last ? now.presentedFrames - last.presentedFrames : 1;
+                missed += Math.max(0, frames - 1);
                 add(answer, now.mediaTime);
-                if (last) keepPace(performance.now() - begun, now.mediaTime - last.mediaTime);
+                if (last) keepPace(performance.now() - begun, now.mediaTime - last.mediaTime, frames);
                 last = now;
             };
             /** @param {VideoFrameCallbackMetadata} now */
@@ -233,7 +250,7 @@ const follow = () =>
                 }
                 busy = false;
                 if (video.ended || !tracking) finish();
-                else if (video.paused) await video.play();
+                else if (video.paused) await play();
             };
             /** @param {number} _ @param {VideoFrameCallbackMetadata} now */
             const next = (_, now) => {
@@ -251,14 +268,14 @@ const follow = () =>
             video.requestVideoFrameCallback(next);
             video.addEventListener('ended', end, { once: true });
             stop.addEventListener('click', end, { once: true });
-            video.play().catch(reject);
+            play().catch(reject);
         })
     );
 
 const begin = async () => {
     const { box } = editor;
     if (!box || !ready || tracking) return;
-    [rows, missed, pace, tracking] = [[], 0, 0, true];
+    [rows, missed, pace, limit, tracking] = [[], 0, 0, 1, true];
     update();
     say('Tracking.');
     try {

@@ -7,7 +7,8 @@ export default defineConfig({
     testDir: 'tests',
     testMatch: '*.spec.mjs',
     outputDir: '../../target/web/results',
-    timeout: 120_000,
+    // They end what hangs; a busy machine may take many times as long as an idle one.
+    timeout: 300_000,
     expect: { timeout: 60_000 },
     globalTimeout: 1_800_000,
     maxFailures: 5,

@@ -42,7 +42,7 @@ test('a video is tracked in Firefox', async ({ site }) => {
                 document.getElementById(`box-${side}`).value = value;
         });
         await page.click('#track');
-        await expect.poll(message, { timeout: 100_000 }).toContain('frames tracked');
+        await expect.poll(message, { timeout: 250_000 }).toContain('frames tracked');
         expect(await page.$eval('#status', (element) => element.textContent)).toBe('tracked');
     });
 });

@@ -45,7 +45,7 @@ test('a video is tracked to its end, and the table is that of the program', asyn
     await open(page, site);
     await type(page, sides(truth[0]));
     await page.getByRole('button', { name: 'Track' }).click();
-    await expect(page.getByRole('status')).toContainText('frames tracked', { timeout: 100_000 });
+    await expect(page.getByRole('status')).toContainText('frames tracked', { timeout: 250_000 });
     await expect(page.locator('#visible')).toContainText('%');
     const text = await saved(page);
     const rows = read(text);
@@ -165,7 +165,7 @@ test('the network that is part of the module is used', async ({ page, site }) =>
     await type(page, sides(truth[0]));
     await page.getByLabel('Preset').selectOption('network alone');
     await page.getByRole('button', { name: 'Track' }).click();
-    await expect(page.getByRole('status')).toContainText('frames tracked', { timeout: 100_000 });
+    await expect(page.getByRole('status')).toContainText('frames tracked', { timeout: 250_000 });
 });
 
 test('files that cannot be used are named, and the page goes on', async ({ page, site }) => {
