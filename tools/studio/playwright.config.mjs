@@ -1,9 +1,9 @@
 import { existsSync } from 'node:fs';
 import { defineConfig } from '@playwright/test';
 
-const found = ['/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome'].find((path) =>
-    existsSync(path),
-);
+const found = ['chromium-headless-shell', 'chromium', 'chromium-browser', 'google-chrome']
+    .map((name) => `/usr/bin/${name}`)
+    .find((path) => existsSync(path));
 const args = ['--use-fake-device-for-media-stream', '--use-fake-ui-for-media-stream'];
 // In containers the tests are run by root, for whom Chromium has no sandbox.
 if (process.getuid?.() === 0) args.push('--no-sandbox');
