@@ -317,15 +317,14 @@ impl RobustObservation {
 
 #[pymethods]
 impl NetworkObservation {
-    /// The network's own score of each cell of the search window, 0 to 1, shape (cells, cells).
-    ///
-    /// `Estimate.score` is computed from that of the chosen cell.
+    /// The score of each cell of the search window, 0 to 1, shape (cells, cells): the network's own, and of
+    /// PatchNet the mean with that of its classifier.
     #[getter]
     fn scores<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         Ok(square(self.cells, self.scores.clone())?.to_pyarray(py))
     }
 
-    /// The logarithm of the odds that belong to each score, shape (cells, cells).
+    /// The logarithm of the odds that the network gives each cell, shape (cells, cells).
     #[getter]
     fn logits<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         Ok(square(self.cells, self.logits.clone())?.to_pyarray(py))

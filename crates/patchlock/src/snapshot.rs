@@ -12,7 +12,7 @@ use crate::vision::frame::FrameSize;
 use serde::{Deserialize, Serialize};
 
 /// The version of the saved form; raised when the meaning of its fields changes.
-const VERSION: u32 = 10;
+const VERSION: u32 = 11;
 
 /// The state of a [`Tracker`](crate::Tracker) between two frames.
 ///

@@ -955,14 +955,13 @@ class NetworkObservation:
 
     @property
     def scores(self) -> npt.NDArray[np.float64]:
-        """The network's own score of each cell of the search window, 0 to 1, shape (cells, cells).
-
-        `Estimate.score` is computed from that of the chosen cell.
+        """The score of each cell of the search window, 0 to 1, shape (cells, cells): the network's own, and of
+        PatchNet the mean with that of its classifier.
         """
 
     @property
     def logits(self) -> npt.NDArray[np.float64]:
-        """The logarithm of the odds that belong to each score, shape (cells, cells)."""
+        """The logarithm of the odds that the network gives each cell, shape (cells, cells)."""
 
     @property
     def chosen(self) -> tuple[int, int]:

@@ -73,17 +73,17 @@ const NANOTRACK: CommitteeFit = CommitteeFit {
 /// evidence is that of NanoTrack, in units of PatchNet's log odds. These are higher for boxes that are
 /// less exact, which `box_weight` makes up for.
 const PATCHNET: CommitteeFit = CommitteeFit {
-    filters: Weights { agreed: 0.57, alone: 1.35, ..NANOTRACK.filters },
+    filters: Weights { agreed: 0.62, alone: 1.23, ..NANOTRACK.filters },
     network: Weights {
         evidence: 0.79,
         evidence_range: [-0.5, 4.0],
-        agreed: 0.19,
-        alone: 0.74,
+        agreed: 0.4,
+        alone: 0.89,
         box_weight: 0.64,
         ..NANOTRACK.network
     },
-    agreement: [-2.72, 7.44],
-    alone: -0.84,
+    agreement: [-2.15, 6.0],
+    alone: -0.76,
 };
 
 impl CommitteeFit {

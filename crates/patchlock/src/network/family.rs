@@ -17,6 +17,17 @@ pub struct TemplateUpdate {
     pub min_score: f64,
 }
 
+/// Features of the window that was read last, in cells as those of the predictions.
+#[derive(Debug, Clone, Copy)]
+pub struct FeatureMap<'a> {
+    /// A plane for each channel, each with a row of cells after the other.
+    pub planes: &'a [f32],
+    /// Cells on a side; at least one.
+    pub side: usize,
+    /// Frame pixels from one cell to the next.
+    pub spacing: f64,
+}
+
 /// A network of a family, ready to run.
 pub trait Family: Debug + Send + Sync {
     /// The name, such as "NanoTrack v3".
@@ -40,6 +51,16 @@ pub trait Family: Debug + Send + Sync {
 
     /// How a template is updated; `None` if that of the first frame is kept, as published.
     fn template_update(&self) -> Option<TemplateUpdate> {
+        None
+    }
+
+    /// The number of channels of its features, if a classifier learns from them.
+    fn channels(&self) -> Option<usize> {
+        None
+    }
+
+    /// The features of the window around a place that was read last, if a classifier learns from them.
+    fn features<'a>(&self, _buffers: &'a Buffers, _place: CentredBox) -> Option<FeatureMap<'a>> {
         None
     }
 

@@ -39,7 +39,7 @@ mod selection;
 mod vittrack;
 
 use family::Family;
-pub(crate) use family::TemplateUpdate;
+pub(crate) use family::{FeatureMap, TemplateUpdate};
 #[cfg(feature = "network")]
 pub use known::{KNOWN_MODELS, KnownModel};
 #[cfg(feature = "network")]

@@ -5,7 +5,7 @@
 //! The numbers of [`Selection`] are those that were published with each version of NanoTrack. Those
 //! of PatchNet were chosen on development targets.
 
-use super::family::{Family, TemplateUpdate};
+use super::family::{Family, FeatureMap, TemplateUpdate};
 use super::graph::CheckedGraph;
 use super::predictions::{
     Buffers, CellPredictions, CentredBox, Detection, Window, hann, hann_over,
@@ -55,12 +55,9 @@ struct Version {
     /// Slope and offset of the certainty's logit over that of the score: fitted on development
     /// targets, one half tried with the numbers of the other (benchmarks/record/committee.md).
     certainty: [f64; 2],
-    /// How its template is updated.
+    /// How it is updated; the published networks are not.
     update: Option<TemplateUpdate>,
 }
-
-/// That of PatchNet; the published networks keep the template of the first frame.
-const UPDATE: TemplateUpdate = TemplateUpdate { share: 0.5, rate: 0.05, min_score: 0.3 };
 
 const VERSIONS: [Version; 3] = [
     Version {
@@ -83,9 +80,9 @@ const VERSIONS: [Version; 3] = [
         name: "PatchNet",
         layout: &PATCHNET,
         cells: 16,
-        selection: Selection { window: 0.45, penalty: 0.2, rate: 0.1 },
+        selection: Selection { window: 0.3, penalty: 0.2, rate: 0.1 },
         certainty: [2.06, 2.53],
-        update: Some(UPDATE),
+        update: Some(TemplateUpdate { share: 0.3, rate: 0.05, min_score: 0.3 }),
     },
 ];
 
@@ -181,6 +178,16 @@ impl Family for NanoTrack {
 
     fn template_update(&self) -> Option<TemplateUpdate> {
         self.version.update
+    }
+
+    fn channels(&self) -> Option<usize> {
+        self.version.update.map(|_| self.search.output_shapes()[0][1])
+    }
+
+    fn features<'a>(&self, buffers: &'a Buffers, place: CentredBox) -> Option<FeatureMap<'a>> {
+        let Version { layout, cells: side, .. } = self.version;
+        let spacing = layout.stride * layout.search_window(place).scale();
+        self.channels().map(|_| FeatureMap { planes: &buffers.features[0], side, spacing })
     }
 
     fn read_window(

@@ -1,16 +1,21 @@
 //! The method `network`: the loop that was published with the network. It looks at the window
-//! around the last place and moves to where the network sees the target. The template of PatchNet
-//! follows the target; boxes are judged by that of the first frame, which cannot drift.
+//! around the last place and moves to where the network sees the target. PatchNet learns: its template
+//! follows the target, and a classifier has a say in where it is. Boxes are judged by the template of
+//! the first frame, which cannot drift.
+
+mod classifier;
 
 use crate::config::NetworkConfig;
 use crate::estimate::{Estimate, Status};
 use crate::network::predictions::{Buffers, CellPredictions, CentredBox, Detection, logistic};
 use crate::network::{Network, TemplateUpdate};
 use crate::network_error::NetworkError;
+use crate::numeric::saved_numbers::SavedNumbers;
 use crate::observe::{FrameView, NetworkView, Observer};
 use crate::target_tracker::{Input, Scratch, TargetTracker};
 use crate::vision::frame::{Frame, FrameSize};
 use crate::vision::geometry::{BoundingBox, MAX_SIDE};
+use classifier::{Classifier, ClassifierScratch, Label};
 use serde::{Deserialize, Serialize};
 
 /// The shortest side of a target, in pixels.
@@ -20,6 +25,9 @@ const MIN_SIDE: f64 = 10.0;
 /// difference means another object.
 const MOST_FACTOR: f64 = 2.0;
 
+/// The share of the classifier in the score of a cell.
+const CLASSIFIER_SHARE: f64 = 0.6;
+
 /// A target of the method `network`.
 #[derive(Debug)]
 pub(crate) struct NetworkTarget {
@@ -28,6 +36,8 @@ pub(crate) struct NetworkTarget {
     /// The mean colour of the first frame, which is seen beyond the frame's border.
     border: [f32; 3],
     template: Template,
+    /// `None` for networks that are used as published.
+    classifier: Option<Classifier>,
     /// Width and height of its boxes, relative to those that the network sees.
     factor: [f64; 2],
     config: NetworkConfig,
@@ -48,6 +58,9 @@ pub(crate) struct NetworkScratch {
     buffers: Buffers,
     /// The template of the current frame.
     seen: Vec<f32>,
+    classifier: ClassifierScratch,
+    /// What the classifier says of each cell.
+    response: Vec<f64>,
 }
 
 /// A target between two frames, as a snapshot holds it.
@@ -58,6 +71,7 @@ pub(crate) struct SavedNetwork {
     place: CentredBox,
     border: [f32; 3],
     template: Template,
+    classifier: Option<SavedNumbers>,
     factor: [f64; 2],
 }
 
@@ -89,9 +103,15 @@ impl NetworkTarget {
         let (family, buffers) = (network.family(), &mut scratch.buffers);
         let mut first = Vec::new();
         family.template(frame, border, place, buffers, &mut first)?;
+        if fit > 0.0 || family.channels().is_some() {
+            family.predict(frame, border, &first, place, buffers)?;
+        }
+        let classifier = family.features(buffers, place).map(|map| {
+            let label = Label { centre: [0.0; 2], size: place.size.map(|side| side / map.spacing) };
+            Classifier::begin(&map, label, &mut scratch.classifier)
+        });
         let mut factor = [1.0; 2];
         if fit > 0.0 {
-            family.predict(frame, border, &first, place, buffers)?;
             let seen = buffers.predictions.places[family.detect(&buffers.predictions, place).cell];
             factor = [0, 1].map(|k| {
                 let factor = place.size[k] / seen.size[k];
@@ -100,7 +120,7 @@ impl NetworkTarget {
         }
         let template = Template { current: first.clone(), first };
         let network = network.clone();
-        let target = Self { network, place, border, template, factor, config };
+        let target = Self { network, place, border, template, classifier, factor, config };
         let mut estimate = Estimate::empty();
         fill(place, 1.0, Status::Tracked, &mut estimate);
         Ok((target, estimate))
@@ -119,21 +139,26 @@ impl NetworkTarget {
         show: Option<&mut dyn FnMut(NetworkView<'_>)>,
         estimate: &mut Estimate,
     ) -> Result<(), NetworkError> {
-        let Self { network, border, template, .. } = self;
-        let (family, NetworkScratch { buffers, seen }) = (network.family(), scratch);
-        family.predict(frame, *border, &template.current, self.place, buffers)?;
-        let detected = family.detect(&buffers.predictions, self.place);
+        let family = self.network.family();
+        family.predict(
+            frame,
+            self.border,
+            &self.template.current,
+            self.place,
+            &mut scratch.buffers,
+        )?;
+        self.classify(scratch);
+        let detected = family.detect(&scratch.buffers.predictions, self.place);
         if let Some(show) = show {
-            show(view(&buffers.predictions, detected));
+            show(view(&scratch.buffers.predictions, detected));
         }
         let place = within(detected.place, frame.size());
-        let mut log_odds = family.odds(buffers.predictions.logits[detected.cell]);
+        let mut log_odds = family.odds(scratch.buffers.predictions.logits[detected.cell]);
         if let Some(update) = family.template_update() {
-            family.compare(&template.first, self.place, buffers)?;
-            log_odds = family.odds(buffers.predictions.logit_near(detected.cell));
+            family.compare(&self.template.first, self.place, &mut scratch.buffers)?;
+            log_odds = family.odds(scratch.buffers.predictions.logit_near(detected.cell));
             if detected.score > update.min_score {
-                family.template(frame, *border, place, buffers, seen)?;
-                template.add(seen, update);
+                self.learn(frame, place, update, scratch)?;
             }
         }
         self.place = place;
@@ -143,11 +168,47 @@ impl NetworkTarget {
         Ok(())
     }
 
+    /// Gives the classifier its share in the scores.
+    fn classify(&self, scratch: &mut NetworkScratch) {
+        let NetworkScratch { buffers, classifier, response, .. } = scratch;
+        let map = self.network.family().features(buffers, self.place);
+        let (Some(own), Some(map)) = (&self.classifier, map) else { return };
+        own.classify(&map, classifier, response);
+        for (score, response) in buffers.predictions.scores.iter_mut().zip(response) {
+            *score += CLASSIFIER_SHARE * (*response - *score);
+        }
+    }
+
+    /// Learns what the target looks like at this place of the frame.
+    fn learn(
+        &mut self,
+        frame: &Frame<'_>,
+        place: CentredBox,
+        update: TemplateUpdate,
+        scratch: &mut NetworkScratch,
+    ) -> Result<(), NetworkError> {
+        let NetworkScratch { buffers, seen, classifier, .. } = scratch;
+        let family = self.network.family();
+        let spacing = family.features(buffers, self.place).map_or(1.0, |map| map.spacing);
+        family.template(frame, self.border, place, buffers, seen)?;
+        self.template.add(seen, update);
+        if let Some(own) = &mut self.classifier {
+            let centre = [0, 1].map(|k| (place.centre[k] - self.place.centre[k]) / spacing);
+            own.learn(Label { centre, size: place.size.map(|side| side / spacing) }, classifier);
+        }
+        Ok(())
+    }
+
     /// The target as a snapshot holds it.
     pub fn saved(&self) -> SavedNetwork {
-        let Self { network, place, border, template, factor, .. } = self;
-        let (network, template) = (network.hash().to_owned(), template.clone());
-        SavedNetwork { network, place: *place, border: *border, template, factor: *factor }
+        SavedNetwork {
+            network: self.network.hash().to_owned(),
+            place: self.place,
+            border: self.border,
+            template: self.template.clone(),
+            classifier: self.classifier.as_ref().map(Classifier::saved),
+            factor: self.factor,
+        }
     }
 
     /// A target that continues from a saved one.
@@ -159,7 +220,7 @@ impl NetworkTarget {
         config: NetworkConfig,
         network: Option<&Network>,
     ) -> Result<Self, crate::Error> {
-        let SavedNetwork { network: needed, place, border, template, factor } = saved;
+        let SavedNetwork { network: needed, place, border, template, classifier, factor } = saved;
         let Some(network) = network.filter(|network| network.hash() == needed) else {
             let given = network.map(|network| network.hash().to_owned());
             return Err(NetworkError::Other { needed, given }.into());
@@ -177,8 +238,14 @@ impl NetworkTarget {
                 "its template has another length than its network's",
             ));
         }
+        let channels = network.family().channels();
+        let classifier = classifier.zip(channels).and_then(|(c, n)| Classifier::restore(c, n));
+        if classifier.is_some() != channels.is_some() {
+            let reason = "its classifier does not fit its network";
+            return Err(crate::error::snapshot(reason));
+        }
         let network = network.clone();
-        Ok(Self { network, place, border, template, factor, config })
+        Ok(Self { network, place, border, template, classifier, factor, config })
     }
 }
 

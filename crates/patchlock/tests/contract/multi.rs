@@ -248,7 +248,7 @@ fn a_damaged_snapshot_is_refused() {
             None => (r#""lost_score":0.25"#, r#""lost_score":1.5"#, "`lost_score` is 1.5"),
         };
         let damaged = [
-            (text.replacen(r#""version":10"#, r#""version":8"#, 1), "version is 8"),
+            (text.replacen(r#""version":11"#, r#""version":8"#, 1), "version is 8"),
             (text.replacen(r#""next":4"#, r#""next":3"#, 1), "[1, 3, 3] do not rise"),
             (text.replacen("[[1,", "[[3,", 1), "[3, 3, 4] do not rise"),
             (text.replacen("[[1,", "[[0,", 1), "[0, 3, 4] do not rise"),

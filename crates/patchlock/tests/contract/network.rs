@@ -168,30 +168,41 @@ fn the_members_of_a_committee_are_the_trackers_alone() {
     }
 }
 
-/// The template of our own network follows the target; a saved target goes on with it.
+/// Our own network learns what the target looks like; a saved target goes on with that.
 #[test]
-fn the_template_of_patchnet_follows_the_target() {
+fn patchnet_learns_from_each_frame() {
     let mut config = TrackerConfig::from(Preset::Network);
     config.network = Some(Network::patchnet());
     let mut tracker = SIMPLE.begin(&config, 0);
-    let templates = |tracker: &Tracker| -> [serde_json::Value; 2] {
+    let state = |tracker: &Tracker| {
         let snapshot = serde_json::to_value(tracker.snapshot()).unwrap();
-        ["first", "current"]
-            .map(|of| snapshot["track"]["target"]["network"]["template"][of].clone())
+        let target = &snapshot["track"]["target"]["network"];
+        let template = &target["template"];
+        [&template["first"], &template["current"], &target["classifier"]].map(Clone::clone)
     };
-    let [first, current] = templates(&tracker);
-    assert_eq!(first, current);
+    let begun = state(&tracker);
+    assert_eq!(begun[0], begun[1]);
     for k in 1..6 {
         tracker.update(&SIMPLE.frame(k)).unwrap();
     }
-    let [still, moved] = templates(&tracker);
-    assert_eq!(first, still);
-    assert_ne!(first, moved);
-    let mut restored =
-        Tracker::restore(tracker.snapshot().with_network(Network::patchnet())).unwrap();
+    let learnt = state(&tracker);
+    assert_eq!(begun[0], learnt[0]);
+    assert!((1..3).all(|k| begun[k] != learnt[k]));
+    let with_patchnet =
+        |snapshot: Snapshot| Tracker::restore(snapshot.with_network(Network::patchnet()));
+    let mut value = serde_json::to_value(tracker.snapshot()).unwrap();
+    let mut restored = with_patchnet(tracker.snapshot()).unwrap();
     for k in 6..12 {
         let frame = SIMPLE.frame(k);
         assert_eq!(tracker.update(&frame).unwrap(), restored.update(&frame).unwrap(), "frame {k}");
+    }
+    let classifier = &mut value["track"]["target"]["network"]["classifier"];
+    classifier.as_array_mut().unwrap().pop();
+    let damaged = with_patchnet(serde_json::from_value(value.clone()).unwrap());
+    value["track"]["target"]["network"]["classifier"] = serde_json::Value::Null;
+    for damaged in [damaged, with_patchnet(serde_json::from_value(value).unwrap())] {
+        let message = damaged.unwrap_err().to_string();
+        assert!(message.contains("its classifier does not fit"), "{message}");
     }
 }
 

@@ -69,10 +69,10 @@ fn a_damaged_snapshot_is_refused() {
             None => (r#""lost_score":0.25"#, r#""lost_score":1.5"#, "`lost_score` is 1.5"),
         };
         let damaged = [
-            (r#""version":10"#.to_owned(), r#""version":0"#, "version is 0"),
-            (r#""version":10"#.to_owned(), r#""version":2"#, "version is 2"),
-            (r#""version":10"#.to_owned(), r#""version":9"#, "version is 9"),
-            (r#""version":10"#.to_owned(), r#""edition":5"#, "version"),
+            (r#""version":11"#.to_owned(), r#""version":0"#, "version is 0"),
+            (r#""version":11"#.to_owned(), r#""version":2"#, "version is 2"),
+            (r#""version":11"#.to_owned(), r#""version":9"#, "version is 9"),
+            (r#""version":11"#.to_owned(), r#""edition":5"#, "version"),
             (r#""seed":"#.to_owned(), r#""seeds":"#, "seeds"),
             (setting.to_owned(), outside, named),
             (part(&config), &other, "another method"),
@@ -154,7 +154,7 @@ fn a_latest_estimate_with_bad_numbers_is_refused() {
             let track = text.split_once(r#""track":"#).unwrap().1.strip_suffix('}').unwrap();
             let many =
                 text.replace(&format!(r#""track":{track}"#), &format!(r#""tracks":[[1,{track}]]"#));
-            let many = many.replacen(r#""version":10"#, r#""version":10,"next":2"#, 1);
+            let many = many.replacen(r#""version":11"#, r#""version":11,"next":2"#, 1);
             let read = serde_json::from_str::<MultiSnapshot>(&many).unwrap();
             let error =
                 MultiTracker::restore(complete_many(read, &config)).unwrap_err().to_string();
