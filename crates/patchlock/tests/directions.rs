@@ -60,6 +60,7 @@ const MAY_USE: &[Rule] = &[
             "estimate",
             "network",
             "network_error",
+            "numeric",
             "observe",
             "target_tracker",
             "vision",
