@@ -55,7 +55,8 @@ struct Version {
     /// Slope and offset of the certainty's logit over that of the score: fitted on development
     /// targets, one half tried with the numbers of the other (benchmarks/record/committee.md).
     certainty: [f64; 2],
-    /// How it is updated; the published networks are not.
+    /// How its template is updated. With it, a classifier learns from its features; without, it is used
+    /// as published.
     update: Option<TemplateUpdate>,
 }
 

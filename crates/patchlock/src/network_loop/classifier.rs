@@ -87,7 +87,10 @@ impl Classifier {
         for (row, weight) in scratch.features.chunks_exact(cells).zip(&self.weights) {
             out.iter_mut().zip(row).for_each(|(sum, value)| *sum += weight * value);
         }
-        out.iter_mut().for_each(|response| *response = response.clamp(0.0, 1.0));
+        for response in out {
+            // Moments of a damaged snapshot may have no solution.
+            *response = if response.is_nan() { 0.0 } else { response.clamp(0.0, 1.0) };
+        }
     }
 
     /// Learns where the target is in the window that was classified last.
@@ -406,6 +409,20 @@ mod tests {
         let mut unsound = classifier.clone();
         unsound.moments[3] = f32::NAN;
         assert_eq!(Classifier::restore(unsound.saved(), CHANNELS), None);
+    }
+
+    #[test]
+    fn moments_without_a_solution_give_finite_responses() {
+        let mut scratch = ClassifierScratch::default();
+        let planes = window(0, &[(27, [2.0, -1.0, 0.0])]);
+        let good = Classifier::begin(&map(&planes), LABEL, &mut scratch).moments;
+        for value in [-1.0, 0.0, f32::MAX, -f32::MAX] {
+            let moments = SavedNumbers::of(&vec![value; good.len()]);
+            let classifier = Classifier::restore(moments, CHANNELS).unwrap();
+            let mut response = Vec::new();
+            classifier.classify(&map(&planes), &mut scratch, &mut response);
+            assert!(response.iter().all(|v| (0.0..=1.0).contains(v)), "{value}: {response:?}");
+        }
     }
 
     #[test]
