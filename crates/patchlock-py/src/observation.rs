@@ -317,8 +317,8 @@ impl RobustObservation {
 
 #[pymethods]
 impl NetworkObservation {
-    /// The score of each cell of the search window, 0 to 1, shape (cells, cells): the network's own, and of
-    /// PatchNet the mean with that of its classifier.
+    /// The score of each cell of the search window, 0 to 1, shape (cells, cells): the network's own, of
+    /// PatchNet, a weighted mean of the network's and its classifier's.
     #[getter]
     fn scores<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         Ok(square(self.cells, self.scores.clone())?.to_pyarray(py))

@@ -1,4 +1,5 @@
-//! Depthwise convolutions of planes: each channel with a kernel of its own.
+//! Depthwise convolutions of planes: each channel with a kernel of its own. In `rten` they took some
+//! 80 % of the time of NanoTrack v3 (2026-11-25).
 //!
 //! A channel is first copied with zeros around it, its columns sorted by their remainder after
 //! division by the stride, so that neighbouring results always read neighbouring samples. Products

@@ -182,7 +182,13 @@ impl Family for NanoTrack {
     }
 
     fn channels(&self) -> Option<usize> {
-        self.version.update.map(|_| self.search.output_shapes()[0][1])
+        let cells = self.version.cells;
+        match self.search.output_shapes()[0][..] {
+            [1, channels, rows, columns] if rows == cells && columns == cells => {
+                self.version.update.map(|_| channels)
+            }
+            _ => None,
+        }
     }
 
     fn features<'a>(&self, buffers: &'a Buffers, place: CentredBox) -> Option<FeatureMap<'a>> {

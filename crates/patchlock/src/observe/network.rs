@@ -8,8 +8,8 @@ use crate::vision::geometry::BoundingBox;
 pub struct NetworkView<'a> {
     /// Cells on a side of the grid over the search window.
     pub cells: usize,
-    /// The score of each cell, from 0 to 1, row by row from the top left; of PatchNet, the mean of the
-    /// network's and that of its classifier.
+    /// The score of each cell, from 0 to 1, row by row from the top left; of PatchNet, a weighted
+    /// mean of the network's and its classifier's.
     pub scores: &'a [f64],
     /// The logarithm of the odds that the network gives each cell.
     pub logits: &'a [f64],
