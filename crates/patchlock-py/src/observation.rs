@@ -317,7 +317,7 @@ impl RobustObservation {
 
 #[pymethods]
 impl NetworkObservation {
-    /// The score of each cell of the search window, 0 to 1, shape (cells, cells): the network's own, of
+    /// The score of each cell of the search window, 0 to 1, shape (cells, cells): the network's own; of
     /// PatchNet, a weighted mean of the network's and its classifier's.
     #[getter]
     fn scores<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {

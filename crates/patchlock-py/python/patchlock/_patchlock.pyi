@@ -955,7 +955,7 @@ class NetworkObservation:
 
     @property
     def scores(self) -> npt.NDArray[np.float64]:
-        """The score of each cell of the search window, 0 to 1, shape (cells, cells): the network's own, of
+        """The score of each cell of the search window, 0 to 1, shape (cells, cells): the network's own; of
         PatchNet, a weighted mean of the network's and its classifier's.
         """
 
