@@ -22,12 +22,12 @@ if [ -d "$(rustc --print target-libdir --target "$triple" 2>/dev/null)" ]; then
     RUSTFLAGS="${flags[*]}" "${build[@]}"
 elif [ -e "$out/rust/complete" ]; then
     linker=$(find "$(rustc --print sysroot)" -name rust-lld | head -n 1)
-    # A folder of its own: the standard library is built too, by another compiler.
+    # A folder of its own: the standard library is built too, by another compiler. It has no backtraces there.
     module=$target/web/$triple/$profile/patchlock_web.wasm
     env RUSTC="$out/rust/usr/bin/rustc" RUSTC_BOOTSTRAP=1 RUSTFLAGS="${flags[*]}" \
         LD_LIBRARY_PATH="$out/rust/usr/lib/x86_64-linux-gnu" CARGO_TARGET_DIR="$target/web" \
         CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_LINKER="$linker" \
-        "${build[@]}" -Zbuild-std=std,panic_abort
+        "${build[@]}" -Zbuild-std=std,panic_abort -Zbuild-std-features=
 else
     exit 0 # prepare.sh has printed the reason
 fi

@@ -55,26 +55,3 @@ fn whole(size: [f64; 2]) -> Result<[usize; 2], Error> {
         u16::MAX
     )))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn sizes_and_lengths_that_do_not_fit_are_named() {
-        let refused = |size: [f64; 2], length: usize| {
-            let mut pixels = Pixels::default();
-            let frame = pixels.frame(size, length, |_| panic!("nothing is copied"));
-            frame.unwrap_err().to_string()
-        };
-        assert!(
-            refused([4.0, 3.0], 36).contains("4x3 pixels of red, green, blue and alpha are 48")
-        );
-        assert!(refused([4.0, 3.0], 36).contains("given: 36"));
-        for side in [0.0, -1.0, 2.5, 65536.0, f64::NAN, f64::INFINITY] {
-            let message = refused([side, 3.0], 36);
-            assert!(message.contains(&format!("width {side} and height 3")), "{message}");
-            assert!(refused([3.0, side], 36).contains("from 1 to 65535"));
-        }
-    }
-}

@@ -143,7 +143,7 @@ const CRATES: &[(&str, &[&str], &[&str])] = &[
     ("patchlock-fft", &[], &[]),
     ("patchlock", &["patchlock-fft"], &["patchlock", "patchlock-scene", "patchlock-testdata"]),
     // Without threads, files and the clock.
-    ("patchlock-web", &["patchlock"], &["patchlock-scene"]),
+    ("patchlock-web", &["patchlock"], &[]),
     ("patchlock-drawing", &["patchlock"], &[]),
     ("patchlock-media", &["patchlock"], &["patchlock-scene"]),
     ("patchlock-track", &["patchlock", "patchlock-media"], &[]),

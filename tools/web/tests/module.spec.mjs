@@ -12,7 +12,8 @@ for (const tracker of TRACKERS) {
 
 test('what is wrong is thrown with its name, value and what is allowed', async ({ page, site }) => {
     await page.goto(`${site}/site/index.html`);
-    const messages = await page.evaluate(async () => {
+    const sizes = [0, -1, 2.5, 65536, NaN, Infinity];
+    const messages = await page.evaluate(async (sizes) => {
         const { default: load, Network, Tracker, TrackerConfig } = await import('/npm/patchlock.js');
         await load();
         const thrown = (act) => {
@@ -45,6 +46,8 @@ test('what is wrong is thrown with its name, value and what is allowed', async (
             thrown(() => Tracker.start(config, { ...frame, width: 63 }, box)),
             thrown(() => Tracker.start(config, { ...frame, data: [1, 2] }, box)),
             thrown(() => Tracker.start(new TrackerConfig('network'), frame, box)),
+            ...sizes.map((width) => thrown(() => Tracker.start(config, { ...frame, width }, box))),
+            ...sizes.map((height) => thrown(() => Tracker.start(config, { ...frame, height }, box))),
             thrown(() => tracker.update({ ...frame, width: 32, height: 96 })),
             thrown(() => Network.fromFiles([])),
             thrown(() => Network.fromFiles([new Uint8Array(9)])),
@@ -52,7 +55,8 @@ test('what is wrong is thrown with its name, value and what is allowed', async (
         // Nothing of this has changed the tracker.
         if (JSON.stringify(tracker.estimate) !== before) messages.push('the tracker has changed');
         return messages;
-    });
+    }, sizes);
+    const said = (size) => (size === Infinity ? 'inf' : String(size));
     const parts = [
         'unknown preset `best`; there are: robust, paper, network',
         'unknown setting `colour`',
@@ -66,6 +70,10 @@ test('what is wrong is thrown with its name, value and what is allowed', async (
         '63x48 pixels of red, green, blue and alpha are 12096 bytes; given: 12288',
         'the field `data` of the frame takes a Uint8ClampedArray or a Uint8Array',
         'the configuration has none (give it one with useNetwork)',
+        ...sizes.map(
+            (size) => `width ${said(size)} and height 48; both must be whole numbers from 1 to 65535`,
+        ),
+        ...sizes.map((size) => `width 64 and height ${said(size)}; both must be`),
         'the frame is 32x96 pixels, but tracking began on 64x48',
         'there is no file; known are NanoTrack',
         'not an ONNX file',

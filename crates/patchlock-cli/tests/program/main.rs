@@ -27,3 +27,4 @@ mod track;
 mod trax;
 mod trax_server;
 mod video;
+mod wording;

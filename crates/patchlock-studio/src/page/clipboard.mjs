@@ -19,7 +19,7 @@ export function copyBox(editor) {
     const track = editor.needTarget();
     if (!track || !editor.clip) return;
     const frame = editor.shownFrame;
-    const { box } = track.at(frame);
+    const box = editor.boxOf(track, frame);
     if (!box) return tell(`There is no box in frame ${frame} to copy.`);
     const { id, label } = track.target;
     editor.copied = { clip: editor.clip.info.id, label, box };

@@ -34,7 +34,7 @@ export function beginEdit(editor) {
     editor.hold();
     editor.polygon = null;
     const track = editor.needTarget();
-    const box = track?.at(editor.frame).box ?? track?.nearestBox(editor.frame);
+    const box = track && (editor.boxOf(track, editor.frame) ?? track.nearestBox(editor.frame));
     if (!track || !box) return;
     editor.draft = { target: track.target.id, box };
     editor.changed();
@@ -117,7 +117,7 @@ export async function acceptDrawn(editor, box, fresh) {
     const target = fresh ? null : edits.targetOfNewBox(editor);
     editor.draft = { target, box };
     editor.changed();
-    const seen = editor.track?.at(editor.frame).box;
+    const seen = editor.track && editor.boxOf(editor.track, editor.frame);
     const isOwn = Boolean(box.outline && seen && overlap(seen, box) >= SAME);
     const another = fresh || (target === null && !isOwn && (await edits.isOfAnother(editor)));
     editor.cancelDraft();

@@ -93,6 +93,25 @@ export class Editor extends EventTarget {
         this.dispatchEvent(new Event('change'));
     }
 
+    /**
+     * The box of a target in a frame that is on its way to the server.
+     * @param {number} id
+     * @param {number} frame
+     */
+    pending(id, frame) {
+        const { pendingBox } = this;
+        return pendingBox?.target === id && pendingBox.frame === frame ? pendingBox.box : null;
+    }
+
+    /**
+     * The box of a target in a frame, also before it is saved: what a person does next is done to what they see.
+     * @param {import('./tracks.mjs').Track} track
+     * @param {number} frame
+     */
+    boxOf(track, frame) {
+        return this.pending(track.target.id, frame) ?? track.at(frame).box;
+    }
+
     get count() {
         return this.clip?.project.video.frames ?? 0;
     }
@@ -150,6 +169,7 @@ export class Editor extends EventTarget {
             markFrom: null,
             look: null,
             doubt: null,
+            pendingBox: null,
             following: false,
             joinFirst: null,
         });

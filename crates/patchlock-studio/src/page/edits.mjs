@@ -81,9 +81,10 @@ export async function addTarget(editor, box, label = editor.label ?? 'object', f
     if (!clip) return;
     const edits = [...newLabels(clip, [label]), { edit: 'add_target', label, frame, ...inEdit(tidy(box)) }];
     const before = new Set(clip.tracks.map(({ target }) => target.id));
-    editor.pendingBox = { target: null, frame, box };
+    const pending = { target: null, frame, box };
+    editor.pendingBox = pending;
     await clip.editAndTrack(edits, async (since) => {
-        editor.pendingBox = null;
+        if (editor.pendingBox === pending) editor.pendingBox = null;
         if (clip !== editor.clip) return;
         const added = clip.tracks.find(({ target }) => !before.has(target.id));
         if (!added) return;
@@ -119,10 +120,12 @@ export async function setKey(editor, box, frame = editor.frame, made = () => {})
     if (!clip || !track) return;
     const { occluded, truncated } = track.at(frame);
     const target = track.target.id;
-    editor.pendingBox = { target, frame, box };
+    const pending = { target, frame, box };
+    editor.pendingBox = pending;
     const edit = { edit: 'set_key', target, frame, ...inEdit(tidy(box)), occluded, truncated };
     await clip.editAndTrack([edit], async (since) => {
-        editor.pendingBox = null;
+        // The next box of the same target may be on its way already.
+        if (editor.pendingBox === pending) editor.pendingBox = null;
         editor.changed();
         const now = clip.track(target);
         if (!now) return;

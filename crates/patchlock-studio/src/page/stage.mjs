@@ -199,8 +199,10 @@ export class Stage {
      * one, which often begins at the same corner.
      */
     get #isLost() {
-        const { draft, track, shownFrame } = this.editor;
-        return !draft && track?.at(shownFrame).kind === 'lost';
+        const { editor } = this;
+        const { draft, track, shownFrame } = editor;
+        if (draft || !track || editor.pending(track.target.id, shownFrame)) return false;
+        return track.at(shownFrame).kind === 'lost';
     }
 
     /**
@@ -210,7 +212,7 @@ export class Stage {
      */
     #handle(at, reach) {
         const { editor } = this;
-        const box = editor.draft?.box ?? editor.track?.at(editor.shownFrame).box;
+        const box = editor.draft?.box ?? (editor.track && editor.boxOf(editor.track, editor.shownFrame));
         const target = editor.draft?.target ?? editor.selected;
         if (!box || target === null || editor.unseen.has(target) || this.#isLost) return null;
         const handles = handlesOf(this.zoom.toView(box));
@@ -225,7 +227,7 @@ export class Stage {
     #hit(at) {
         const { editor } = this;
         const found = (editor.clip?.tracks ?? []).flatMap((track) => {
-            const { box } = track.at(editor.shownFrame);
+            const box = editor.boxOf(track, editor.shownFrame);
             const target = track.target.id;
             if (!box || editor.unseen.has(target)) return [];
             const inside = at.x >= box.x && at.y >= box.y && at.x <= box.x + box.w && at.y <= box.y + box.h;
@@ -487,9 +489,8 @@ export class Stage {
      * @param {number} frame
      */
     #edited(id, frame) {
-        const { draft, pendingBox } = this.editor;
-        if (draft?.target === id) return draft.box;
-        return pendingBox?.target === id && pendingBox.frame === frame ? pendingBox.box : null;
+        const { draft } = this.editor;
+        return draft?.target === id ? draft.box : this.editor.pending(id, frame);
     }
 
     #renderProposals() {

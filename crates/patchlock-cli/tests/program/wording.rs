@@ -1,7 +1,8 @@
 //! What Python says of each error: it names keyword arguments, never options of the program. One value of
-//! every variant is made here. A new variant does not compile until it has a place in these lists.
+//! every variant is made here. A new variant does not compile until it has a place in these lists. The test is here
+//! because the crate of Python would have to be compiled a second time, against another interpreter.
 
-#[path = "../src/advice.rs"]
+#[path = "../../../patchlock-py/src/advice.rs"]
 mod advice;
 
 use std::io;
