@@ -26,7 +26,7 @@ const MEMORY: usize = 1 << 30;
 const PATIENCE: Duration = Duration::from_secs(10);
 /// Changed inputs of each surface, and the time after which no more are tried.
 const INPUTS: usize = 3000;
-const TIME: Duration = Duration::from_secs(5);
+const TIME: Duration = Duration::from_secs(3);
 const SHORT: Duration = Duration::from_millis(300);
 /// Inputs that are tried of every surface, however slow the machine is.
 const LEAST: usize = 20;
@@ -82,7 +82,7 @@ fn try_changes(name: &str) {
     let scale: u32 = scale.unwrap_or(1);
     let (mut draws, begun) = (Rng::with_seed(u64::from(scale)), Instant::now());
     let mut tried = 0;
-    let time = if slow(name, 5 * scale) { TIME * scale } else { SHORT };
+    let time = if slow(name, 3 * scale) { TIME * scale } else { SHORT };
     while tried < INPUTS * scale as usize && (tried < LEAST || begun.elapsed() < time) {
         let seed = &seeds[draws.usize(..seeds.len())];
         let other = &seeds[draws.usize(..seeds.len())];

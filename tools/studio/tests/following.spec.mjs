@@ -1,24 +1,10 @@
 // The picture follows the tracking only until the person works on a frame.
 
-import { FRAMES, expect, test } from './page.mjs';
+import { FRAMES, expect, holdBack, test } from './page.mjs';
 import { readTruth } from './program.mjs';
 
 const truth = readTruth();
 const other = { x: 300, y: 40, w: 60, h: 50 };
-
-/** Holds the next request of a kind back; answers what lets it go on. */
-async function holdBack(page, kind) {
-    let begin;
-    const asked = new Promise((resolve) => {
-        begin = resolve;
-    });
-    const route = async (route) => {
-        await asked;
-        await route.continue();
-    };
-    await page.route(`**/${kind}`, route, { times: 1 });
-    return begin;
-}
 
 test('the picture follows tracking that was asked for with a key', async ({ work }) => {
     await work.afterDrawing('none');

@@ -181,23 +181,3 @@ test('a polygon is drawn and a box is turned; both are kept, exported and read a
     await expect.poll(() => distance(outline(2), outline(0))).toBeLessThan(0.05);
     expect(distance(outline(3), outline(1))).toBeLessThan(0.05);
 });
-
-test('a box is turned further while its last turn is being saved', async ({ work, page, folder }) => {
-    const outline = () => folder.project().targets[0]?.keys[0]?.outline;
-    await work.afterDrawing('none');
-    await work.draw(box);
-    await expect(work.targets()).toHaveCount(1);
-    await work.rest();
-    let save = () => {};
-    const asked = new Promise((resolve) => (save = resolve));
-    await page.route('**/edits', async (route) => {
-        await asked;
-        await route.continue();
-    });
-    await turnBox(work);
-    await work.press(']', 'Enter', ']', ']', 'Enter');
-    save();
-    await expect.poll(() => distance(outline(), turnedBox(DEGREES + 3))).toBeLessThan(1);
-    await work.press('Control+z');
-    await expect.poll(() => distance(outline(), turnedBox(DEGREES + 1))).toBeLessThan(1);
-});

@@ -10,6 +10,20 @@ export { expect };
 /** Frames of the demo. */
 export const FRAMES = 210;
 
+/** Holds the next request of a kind back; answers what lets it go on. */
+export async function holdBack(page, kind) {
+    let begin;
+    const asked = new Promise((resolve) => {
+        begin = resolve;
+    });
+    const route = async (route) => {
+        await asked;
+        await route.continue();
+    };
+    await page.route(`**/${kind}`, route, { times: 1 });
+    return begin;
+}
+
 /** Tests with a running program (`studio`), its files (`folder`) and an open page (`work`). */
 export const test = base.extend({
     names: [['clip.mp4'], { option: true }],

@@ -409,7 +409,7 @@ export class Clip extends EventTarget {
 
     /**
      * Makes changes that tracking follows.
-     * @param {Edit[]} edits
+     * @param {Edit[] | (() => Edit[])} edits as for `edit`
      * @param {(since: number) => Promise<void>} track given the revision of the change
      * @returns {Promise<boolean>}
      */

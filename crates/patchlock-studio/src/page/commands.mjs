@@ -465,6 +465,10 @@ export class Commands {
         this.byKeys = new Map(
             this.commands.flatMap((command) => command.keys.map((keys) => [keys, command])),
         );
+        /** What was asked for while a new target was on its way: it is about that one. @type {(() => void)[]} */
+        this.later = [];
+        editor.addEventListener('change', () => this.#goOn());
+        for (const end of ['unmade', 'opened']) editor.addEventListener(end, () => this.later.splice(0));
         /** Whether keys are for the clip now. */
         this.enabled = () => true;
         document.addEventListener('keydown', (event) => this.#key(event));
@@ -505,7 +509,9 @@ export class Commands {
         const command = this.#of(button);
         // After a click of the mouse, keys belong to the clip again; with the keyboard, focus stays.
         if (event.detail > 0 && !button.closest('dialog')) byId('stage').focus({ preventScroll: true });
-        command?.run();
+        if (!command) return;
+        if (this.editor.adding > 0) this.later.push(command.run);
+        else command.run();
     }
 
     /** @param {KeyboardEvent} event */
@@ -524,11 +530,31 @@ export class Commands {
             target.matches('button, a, summary, [type=checkbox]')
         )
             return;
+        if (this.editor.adding === 0) return this.#act(event, keys);
+        if (!this.byKeys.has(keys) && !event.key.startsWith('Arrow')) return;
+        event.preventDefault();
+        this.later.push(() => this.#act(event, keys));
+    }
+
+    /**
+     * @param {KeyboardEvent} event
+     * @param {string} keys
+     */
+    #act(event, keys) {
         if (this.editor.draft && this.#nudge(event)) return event.preventDefault();
         const command = this.byKeys.get(keys);
         if (!command) return;
         event.preventDefault();
         if (!event.repeat || command.repeats) command.run();
+    }
+
+    /** Does what was asked for while a new target was on its way, up to the next one. */
+    #goOn() {
+        while (this.editor.adding === 0) {
+            const act = this.later.shift();
+            if (!act) return;
+            act();
+        }
     }
 
     /**

@@ -78,6 +78,8 @@ export class Editor extends EventTarget {
         this.joinFirst = null;
         /** A box on its way to the server: @type {{target: number | null, frame: number, box: Box} | null} */
         this.pendingBox = null;
+        /** The number of new targets on their way to the server. Until they are there, another one is selected. */
+        this.adding = 0;
         this.proposals = new Proposals();
         /** The one in question: @type {import('./proposals.mjs').Proposal | null} */
         this.proposal = null;
@@ -170,6 +172,7 @@ export class Editor extends EventTarget {
             look: null,
             doubt: null,
             pendingBox: null,
+            adding: 0,
             following: false,
             joinFirst: null,
         });
@@ -201,6 +204,8 @@ export class Editor extends EventTarget {
         clip.addEventListener('back', () => this.frames?.retry());
         clip.addEventListener('unmade', () => {
             this.pendingBox = null;
+            this.adding = 0;
+            this.dispatchEvent(new Event('unmade'));
         });
         clip.addEventListener('live', (event) => {
             const { target, frame } = /** @type {CustomEvent} */ (event).detail;
@@ -410,6 +415,17 @@ export class Editor extends EventTarget {
         const { track } = this;
         if (!track) tell('Select a target first: click its box, or draw one.');
         return track;
+    }
+
+    /**
+     * The target that is selected now, when all changes before are made, or a message that there is none: for what
+     * depends on its key frames and stretches.
+     */
+    async settledTarget() {
+        const { clip, selected } = this;
+        await clip?.settled();
+        const track = clip === this.clip ? clip?.track(selected) : undefined;
+        return track ?? (clip === this.clip ? this.needTarget() : undefined);
     }
 
     /** @param {Direction | 'none' | 'interpolate'} direction */

@@ -79,13 +79,18 @@ export async function correct(editor, box) {
 export async function addTarget(editor, box, label = editor.label ?? 'object', frame = editor.frame) {
     const { clip } = editor;
     if (!clip) return;
-    const edits = [...newLabels(clip, [label]), { edit: 'add_target', label, frame, ...inEdit(tidy(box)) }];
-    const before = new Set(clip.tracks.map(({ target }) => target.id));
+    const before = new Set();
+    const edits = () => {
+        clip.tracks.forEach(({ target }) => before.add(target.id));
+        return [...newLabels(clip, [label]), { edit: 'add_target', label, frame, ...inEdit(tidy(box)) }];
+    };
     const pending = { target: null, frame, box };
     editor.pendingBox = pending;
+    editor.adding += 1;
     await clip.editAndTrack(edits, async (since) => {
         if (editor.pendingBox === pending) editor.pendingBox = null;
         if (clip !== editor.clip) return;
+        editor.adding = Math.max(0, editor.adding - 1);
         const added = clip.tracks.find(({ target }) => !before.has(target.id));
         if (!added) return;
         // What is being drawn by now is of another target, and selecting this one would end it.
@@ -118,12 +123,14 @@ export function newLabels(clip, labels) {
 export async function setKey(editor, box, frame = editor.frame, made = () => {}) {
     const { clip, track } = editor;
     if (!clip || !track) return;
-    const { occluded, truncated } = track.at(frame);
     const target = track.target.id;
     const pending = { target, frame, box };
     editor.pendingBox = pending;
-    const edit = { edit: 'set_key', target, frame, ...inEdit(tidy(box)), occluded, truncated };
-    await clip.editAndTrack([edit], async (since) => {
+    const edits = () => {
+        const { occluded = false, truncated = false } = clip.track(target)?.at(frame) ?? {};
+        return [{ edit: 'set_key', target, frame, ...inEdit(tidy(box)), occluded, truncated }];
+    };
+    await clip.editAndTrack(edits, async (since) => {
         // The next box of the same target may be on its way already.
         if (editor.pendingBox === pending) editor.pendingBox = null;
         editor.changed();
@@ -142,9 +149,9 @@ export async function setKey(editor, box, frame = editor.frame, made = () => {})
  * @param {Editor} editor
  */
 export async function interpolate(editor) {
-    const track = editor.needTarget();
-    if (!track) return;
     const { from, to } = editor.stretch ?? { from: editor.frame, to: editor.frame };
+    const track = await editor.settledTarget();
+    if (!track) return;
     if (!(await interpolateIn(editor, track, from, to))) {
         tell('There are no two neighbouring key frames here to interpolate between.');
     }
@@ -167,8 +174,7 @@ async function interpolateIn(editor, track, from, to) {
  */
 export async function toggleKey(editor) {
     const { clip, frame } = editor;
-    await clip?.settled();
-    const track = editor.needTarget();
+    const track = await editor.settledTarget();
     if (!track || !clip) return;
     if (track.at(frame).kind !== 'key') return confirm(editor, frame);
     if (track.keys.length === 1) {
@@ -197,8 +203,7 @@ async function trackAround(clip, track, frame, since) {
  * @param {number} [frame]
  */
 export async function confirm(editor, frame = editor.frame) {
-    await editor.clip?.settled();
-    const track = editor.needTarget();
+    const track = await editor.settledTarget();
     if (!track) return;
     const { box, kind } = track.at(frame);
     if (!box) return tell('There is no box in this frame. Draw one, or press E.');
@@ -320,8 +325,8 @@ export async function setLabelAt(editor, at) {
  *     follows what they ask for with a key
  */
 export async function startTracking(editor, direction, from = editor.frame, drawn) {
-    const track = drawn?.track ?? editor.needTarget();
     const { clip } = editor;
+    const track = drawn?.track ?? (await editor.settledTarget());
     if (!track || !clip) return;
     const target = track.target.id;
     const seen = track.at(from);
@@ -344,7 +349,7 @@ export async function startTracking(editor, direction, from = editor.frame, draw
  * @param {Editor} editor
  */
 export async function continueTracking(editor) {
-    const track = editor.needTarget();
+    const track = await editor.settledTarget();
     const gap = track?.gap();
     if (!track || !gap) return;
     const request = track.requestWithin(gap.from, gap.to);

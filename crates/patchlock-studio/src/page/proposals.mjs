@@ -197,18 +197,19 @@ export async function accept(editor, accepted) {
     if (!clip || accepted.length === 0) return;
     proposals.decide(clip, accepted, () => null);
     goOn(editor);
-    const before = new Set(clip.tracks.map(({ target }) => target.id));
+    const before = new Set();
     const added = accepted.map(({ label, frame, box }) => ({
         edit: 'add_target',
         label,
         frame,
         box: tidy(box),
     }));
-    const labels = edits.newLabels(
-        clip,
-        accepted.map(({ label }) => label),
-    );
-    const made = await clip.editAndTrack([...labels, ...added], async (since) => {
+    const labels = accepted.map(({ label }) => label);
+    const changes = () => {
+        clip.tracks.forEach(({ target }) => before.add(target.id));
+        return [...edits.newLabels(clip, labels), ...added];
+    };
+    const made = await clip.editAndTrack(changes, async (since) => {
         const ids = added.map(({ frame, box }) => {
             const isIt = (/** @type {import('./tracks.mjs').Track} */ { target: { id, keys } }) =>
                 !before.has(id) && overlap(keys[frame]?.box ?? NOWHERE, box) > 0.99;

@@ -42,11 +42,12 @@ export async function hide(editor, from, to) {
  * @param {Editor} editor
  */
 export async function toggleStretch(editor) {
-    const track = editor.needTarget();
+    const { frame } = editor;
+    const track = await editor.settledTarget();
     if (!track) return;
-    const stretch = track.hiddenAt(editor.frame);
+    const stretch = track.hiddenAt(frame);
     if (!stretch) {
-        const [from, to] = track.doubtfulAround(editor.frame) ?? [];
+        const [from, to] = track.doubtfulAround(frame) ?? [];
         if (from === undefined || to === undefined)
             return tell('The target is neither hidden, lost nor doubtful here.');
         return hide(editor, from, to);
@@ -93,8 +94,9 @@ export async function hideStretch(editor) {
  * @param {Editor} editor
  */
 export async function trackStretch(editor) {
-    const { stretch, track } = editor;
-    if (!stretch || !track) return;
+    const { stretch } = editor;
+    const track = stretch && (await editor.settledTarget());
+    if (!track) return;
     const request = track.requestWithin(stretch.from, stretch.to);
     if (!request) return tell('There is no key frame to track these frames from. Draw a box there.');
     editor.stretch = null;
@@ -106,8 +108,9 @@ export async function trackStretch(editor) {
  * @param {Editor} editor
  */
 export async function deleteBoxes(editor) {
-    const { stretch, track, clip } = editor;
-    if (!stretch || !track || !clip) return;
+    const { stretch, clip } = editor;
+    const track = stretch && (await editor.settledTarget());
+    if (!track || !clip) return;
     const { from, to } = stretch;
     if (track.keys.every((frame) => from <= frame && frame <= to)) {
         return tell('All key frames are in this stretch. Press Esc, then Del to delete the target.');
