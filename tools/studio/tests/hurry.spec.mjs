@@ -118,3 +118,19 @@ test('a box is turned further', async ({ work, page, folder }) => {
     await work.press('Control+z');
     await expect.poll(width).toBeCloseTo(turned(2), 0);
 });
+
+test('a name of a label stays while the clip changes', async ({ work, page, studio, folder }) => {
+    await work.addLabel('car');
+    const name = page.getByLabel('Name of label 2', { exact: true });
+    await name.fill('van');
+    const { revision } = await studio.ask('GET', '/clips/1');
+    // Read after the project, which is then on the page.
+    const loaded = page.waitForResponse('**/doubts');
+    await studio.ask('POST', '/clips/1/edits', { revision, edits: [{ edit: 'add_label', name: 'bus' }] });
+    await loaded;
+    await expect(name).toHaveValue('van');
+    await name.press('Tab');
+    await expect(page.getByLabel('Name of label 3', { exact: true })).toHaveValue('bus');
+    await work.rest();
+    expect(folder.project().labels.map(({ name: each }) => each)).toEqual(['object', 'van', 'bus']);
+});

@@ -323,8 +323,9 @@ function readRow(row) {
  * Names and values of the whole target that its label does not declare.
  * @param {Editor} editor
  */
-export function openAttributes(editor) {
-    const { track, clip } = editor;
+export async function openAttributes(editor) {
+    const { clip } = editor;
+    const track = await editor.settledTarget();
     if (!track || !clip) return;
     const { attributes: all, label } = track.target;
     const known = new Set(declared(editor, label).map(({ name }) => name));

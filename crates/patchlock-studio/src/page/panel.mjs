@@ -35,7 +35,7 @@ export class Panel {
         }
         byId('hide-apply').addEventListener('click', () => this.#hide());
         byId('gap-continue').addEventListener('click', () => void edits.continueTracking(editor));
-        byId('attributes').addEventListener('click', () => openAttributes(editor));
+        byId('attributes').addEventListener('click', () => void openAttributes(editor));
         byId('reject-proposals').addEventListener('click', () =>
             reject(editor, editor.proposals.of(editor.clip)),
         );
@@ -395,7 +395,12 @@ export function openLabels(editor) {
             }),
         );
     draw();
-    clip.addEventListener('loaded', draw);
+    const drawAgain = () => {
+        // A name that is being typed stays.
+        const typed = list.querySelector('input:focus');
+        if (!(typed instanceof HTMLInputElement) || typed.value === typed.defaultValue) draw();
+    };
+    clip.addEventListener('loaded', drawAgain);
     const name = element('input', {
         attributes: { placeholder: 'New label', 'aria-label': 'New label', maxlength: 100, autofocus: true },
     });
@@ -416,5 +421,7 @@ export function openLabels(editor) {
             'The labels are those of all clips, and their order is that of the classes in exports. What is ' +
             'changed here is not undone with Ctrl+Z.',
     });
-    openDialog('Labels', [hint, list, form], { onClose: () => clip.removeEventListener('loaded', draw) });
+    openDialog('Labels', [hint, list, form], {
+        onClose: () => clip.removeEventListener('loaded', drawAgain),
+    });
 }
