@@ -128,6 +128,7 @@ test('a name of a label stays while the clip changes', async ({ work, page, stud
     const loaded = page.waitForResponse('**/doubts');
     await studio.ask('POST', '/clips/1/edits', { revision, edits: [{ edit: 'add_label', name: 'bus' }] });
     await loaded;
+    await expect(name).toBeFocused();
     await expect(name).toHaveValue('van');
     await name.press('Tab');
     await expect(page.getByLabel('Name of label 3', { exact: true })).toHaveValue('bus');
