@@ -126,6 +126,15 @@ export class Clip extends EventTarget {
         return this.loading;
     }
 
+    /**
+     * Reads the project unless it is here as of this revision: often it is read before the change is answered.
+     * @param {number} revision
+     */
+    async #loadUpTo(revision) {
+        await this.loading?.catch(() => {});
+        if (this.revision < revision) await this.load();
+    }
+
     async #load() {
         /** @type {import('./types').ClipState} */
         const state = await api.json('GET', this.path);
@@ -498,7 +507,7 @@ export class Clip extends EventTarget {
             // Without another window it was tracking that ended in between.
             await this.#post(edits);
         }
-        await this.load();
+        await this.#loadUpTo(this.own);
     }
 
     /** @param {Edit[]} edits */
@@ -522,7 +531,7 @@ export class Clip extends EventTarget {
             return;
         }
         this.own = revision;
-        await this.load();
+        await this.#loadUpTo(revision);
         tell(`${verb === 'undo' ? 'Undone' : 'Done again'}: ${text}`);
     }
 

@@ -332,7 +332,8 @@ export async function startTracking(editor, direction, from = editor.frame, draw
     const seen = track.at(from);
     if (!seen.box) return tell('There is no box in this frame to track from.');
     if (seen.kind === 'lost') return tell('The target is lost here. Draw its box first.');
-    if (!drawn) {
+    // A person who has moved on meanwhile stays there.
+    if (!drawn && editor.frame === from) {
         editor.following = true;
         editor.stride = direction === 'backward' ? -1 : 1;
     }
@@ -349,12 +350,13 @@ export async function startTracking(editor, direction, from = editor.frame, draw
  * @param {Editor} editor
  */
 export async function continueTracking(editor) {
+    const { frame } = editor;
     const track = await editor.settledTarget();
     const gap = track?.gap();
     if (!track || !gap) return;
     const request = track.requestWithin(gap.from, gap.to);
     if (!request) return tell('No key frame leads there: go there and draw its box.');
-    editor.following = true;
+    if (editor.frame === frame) editor.following = true;
     await editor.clip?.startTracking(request);
 }
 
