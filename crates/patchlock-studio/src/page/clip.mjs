@@ -127,12 +127,13 @@ export class Clip extends EventTarget {
     }
 
     /**
-     * Reads the project unless it is here as of this revision: often it is read before the change is answered.
-     * @param {number} revision
+     * Reads the project after a change, unless that was done before the change was answered. Changes of labels alone
+     * have no revision of their own.
+     * @param {number} sent the revision that was changed
      */
-    async #loadUpTo(revision) {
-        await this.loading?.catch(() => {});
-        if (this.revision < revision) await this.load();
+    async #loadAfter(sent) {
+        if (this.own > sent) await this.loading?.catch(() => {});
+        if (this.own === sent || this.revision < this.own) await this.load();
     }
 
     async #load() {
@@ -492,6 +493,7 @@ export class Clip extends EventTarget {
     /** @param {Edit[]} edits */
     async #edit(edits) {
         if (edits.length === 0) return;
+        let sent = this.revision;
         try {
             await this.#post(edits);
         } catch (error) {
@@ -505,9 +507,10 @@ export class Clip extends EventTarget {
                 );
             }
             // Without another window it was tracking that ended in between.
+            sent = this.revision;
             await this.#post(edits);
         }
-        await this.#loadUpTo(this.own);
+        await this.#loadAfter(sent);
     }
 
     /** @param {Edit[]} edits */
@@ -522,16 +525,17 @@ export class Clip extends EventTarget {
      * @param {'undo' | 'redo'} verb
      */
     async #step(verb) {
+        const sent = this.revision;
         // What was taken back is said by the server: while tracking runs, it knows best.
         const { revision, text } = await api.json('POST', `${this.path}/${verb}`, {
-            json: { revision: this.revision },
+            json: { revision: sent },
         });
         if (text === null) {
             tell(verb === 'undo' ? 'There is nothing to undo.' : 'There is nothing to do again.');
             return;
         }
         this.own = revision;
-        await this.#loadUpTo(revision);
+        await this.#loadAfter(sent);
         tell(`${verb === 'undo' ? 'Undone' : 'Done again'}: ${text}`);
     }
 
