@@ -412,9 +412,7 @@ export class Editor extends EventTarget {
 
     /** The selected target, or a message that there is none. */
     needTarget() {
-        const { track } = this;
-        if (!track) tell('Select a target first: click its box, or draw one.');
-        return track;
+        return orTell(this.track);
     }
 
     /**
@@ -424,8 +422,8 @@ export class Editor extends EventTarget {
     async settledTarget() {
         const { clip, selected } = this;
         await clip?.settled();
-        const track = clip === this.clip ? clip?.track(selected) : undefined;
-        return track ?? (clip === this.clip ? this.needTarget() : undefined);
+        if (clip !== this.clip) return undefined;
+        return orTell(clip?.track(selected));
     }
 
     /** @param {Direction | 'none' | 'interpolate'} direction */
@@ -521,4 +519,10 @@ export function inWords(seen) {
         default:
             return seen.kind + score;
     }
+}
+
+/** @param {import('./tracks.mjs').Track | null | undefined} track */
+function orTell(track) {
+    if (!track) tell('Select a target first: click its box, or draw one.');
+    return track;
 }
