@@ -13,6 +13,8 @@ profile=${PATCHLOCK_WEB_PROFILE:-web}
 
 rm -rf "$out/npm" "$out/site"
 tools/web/prepare.sh
+# There are no lints for this compiler.
+unset RUSTC_WORKSPACE_WRAPPER
 # The flags of both compilers. Paths of this machine would make two builds differ.
 flags=(-Ctarget-feature=+simd128 "--remap-path-prefix=$root=patchlock"
     "--remap-path-prefix=${CARGO_HOME:-$HOME/.cargo}=cargo" "--remap-path-prefix=$out/rust=rust")

@@ -293,11 +293,13 @@ mod tests {
     fn the_target_is_found_wherever_the_search_began_and_not_below_the_limit() {
         with_searcher(|searcher, target, params| {
             let far = Pose { centre: [0.0, 0.0], ..target };
-            let all = SearchParams { windows: 1000, ..*params };
+            let FrameContext { frame, window, .. } = searcher.context;
+            let passes = Passes::new((frame.size(), window), target, params).passes;
+            let all = SearchParams { windows: passes.iter().map(Pass::windows).sum(), ..*params };
             let found = searcher.search(far, 0, &all).unwrap().pose;
             let [x, y] = [0, 1].map(|axis| found.centre[axis] - target.centre[axis]);
             assert!(x.hypot(y) < 1.0, "{x}, {y} from the target");
-            let strict = SearchParams { windows: 1000, above: 1e6, ..*params };
+            let strict = SearchParams { windows: passes[0].windows(), above: 1e6, ..*params };
             assert_eq!(searcher.search(target, 0, &strict), None);
         });
     }
