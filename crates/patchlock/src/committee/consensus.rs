@@ -12,6 +12,10 @@ const LEAST_ODDS: f64 = 1e-4;
 /// difference of their log odds.
 const SHARE: f64 = 0.2;
 
+/// From this score on, members need not agree, if their boxes touch. Where they lie apart, one of
+/// them may follow another target of the same looks.
+const SURE: f64 = 0.9;
+
 /// What the log odds of a member are worth.
 #[derive(Debug, PartialEq)]
 pub(crate) struct Weights {
@@ -114,9 +118,9 @@ pub(super) struct Vote {
 pub(super) struct ConsensusParams {
     /// Members agree if their boxes overlap by more than this.
     pub agree_overlap: f64,
-    /// The target is tracked from this score on,
+    /// The target is tracked from this score on, if members agree
     tracked: f64,
-    /// if at least this share of it is known to be visible.
+    /// and at least this share of it is known to be visible.
     visible: f64,
     /// The target is lost below this score.
     lost: f64,
@@ -134,6 +138,8 @@ pub(super) struct Consensus {
     pub leader: usize,
     /// The group that is believed, one bit a member.
     group: u64,
+    /// Whether a member's box does not even touch the one that is believed.
+    contested: bool,
 }
 
 impl ConsensusParams {
@@ -148,12 +154,15 @@ impl ConsensusParams {
     }
 
     /// The status: a target is tracked only while members agree and enough of it is known to be
-    /// visible.
+    /// visible; or while the score is high, no member is elsewhere, and it is not known that too
+    /// little is visible.
     pub fn status(&self, consensus: &Consensus, visible: Option<f64>) -> Status {
-        let is_visible = visible.is_some_and(|share| share >= self.visible);
+        let is_sure = consensus.score >= SURE && !consensus.contested;
+        let is_visible = visible.map_or(is_sure, |share| share >= self.visible);
         match consensus.score {
             score if score < self.lost => Status::Lost,
-            score if score >= self.tracked && consensus.agrees() && is_visible => Status::Tracked,
+            score if score < self.tracked || !is_visible => Status::Uncertain,
+            _ if is_sure || consensus.agrees() => Status::Tracked,
             _ => Status::Uncertain,
         }
     }
@@ -203,7 +212,8 @@ impl Consensus {
             }
         };
         let bbox = mean_box(of_group().map(|(_, member)| member));
-        Self { bbox, score: 1.0 / (1.0 + (-sum).exp()), leader, group: members }
+        let contested = votes.iter().any(|vote| vote.bbox.overlap(&bbox) == 0.0);
+        Self { bbox, score: 1.0 / (1.0 + (-sum).exp()), leader, group: members, contested }
     }
 
     /// The numbers of the members that are believed.
@@ -286,6 +296,7 @@ mod tests {
 
     const HERE: BoundingBox = BoundingBox { x: 10.0, y: 20.0, w: 40.0, h: 20.0 };
     const NEAR: BoundingBox = BoundingBox { x: 14.0, ..HERE };
+    const TOUCHING: BoundingBox = BoundingBox { x: 40.0, ..HERE };
     const AWAY: BoundingBox = BoundingBox { x: 90.0, ..HERE };
 
     /// What a member says that gives its box these log odds.
@@ -383,19 +394,23 @@ mod tests {
     #[test]
     fn the_status_follows_from_score_agreement_and_visibility() {
         use Status::{Lost, Tracked, Uncertain};
-        let consensus = Consensus { bbox: HERE, score: 0.9, leader: 0, group: 0b11 };
-        for (score, group, visible, status) in [
-            (0.9, 0b11, Some(0.5), Tracked),
-            (0.7, 0b11, Some(1.0), Tracked),
-            (0.9, 0b11, None, Uncertain),
-            (0.9, 0b11, Some(0.49), Uncertain),
-            (0.69, 0b11, Some(1.0), Uncertain),
-            (0.9, 0b10, None, Uncertain),
-            (0.5, 0b10, None, Uncertain),
-            (0.49, 0b11, Some(1.0), Lost),
+        for (score, other, visible, status) in [
+            (0.7, HERE, Some(0.5), Tracked),
+            (0.89, TOUCHING, Some(0.5), Uncertain),
+            (0.9, TOUCHING, Some(0.5), Tracked),
+            (0.9, AWAY, Some(0.5), Uncertain),
+            (0.89, HERE, None, Uncertain),
+            (0.9, HERE, None, Tracked),
+            (0.9, TOUCHING, None, Tracked),
+            (0.9, AWAY, None, Uncertain),
+            (0.9, HERE, Some(0.49), Uncertain),
+            (0.69, HERE, Some(1.0), Uncertain),
+            (0.5, AWAY, None, Uncertain),
+            (0.49, HERE, Some(1.0), Lost),
         ] {
-            let consensus = Consensus { score, group, ..consensus };
-            assert_eq!(PARAMS.status(&consensus, visible), status, "{score} {group} {visible:?}");
+            let votes = [says(HERE, 5.0, &FILTERS), says(other, -5.0, &NETWORK)];
+            let consensus = Consensus { score, ..Consensus::of(&votes, &PARAMS) };
+            assert_eq!(PARAMS.status(&consensus, visible), status, "{score} {other:?} {visible:?}");
         }
     }
 
