@@ -32,15 +32,9 @@ pub struct Table {
 pub fn read(path: &Path) -> Result<Table, Error> {
     let bytes = files::read(path).map_err(|error| Error::read(path, error))?;
     let (text, notes) = decode(&bytes);
-    let mut rows = Vec::new();
-    for (k, line) in text.trim_end().lines().enumerate() {
-        rows.push(numbers(line).map_err(|reason| Error::Line {
-            path: path.to_path_buf(),
-            line: k + 1,
-            reason,
-        })?);
-    }
-    Ok(Table { rows, notes })
+    let lines = text.trim_end().lines().enumerate();
+    let row = |(k, line)| numbers(line).map_err(|reason| Error::line(path, k + 1, reason));
+    Ok(Table { rows: lines.map(row).collect::<Result<_, _>>()?, notes })
 }
 
 /// Decodes a text in any supported encoding. Also returns what is unusual about it.
