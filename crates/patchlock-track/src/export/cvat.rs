@@ -166,13 +166,13 @@ fn write_shapes(
     };
     for key in keys(entries, job.key_frames, state, overlap) {
         let entry = key.entry;
-        let place = match (has_polygons, job.track.outline(entry)) {
+        let element = match (has_polygons, job.track.outline(entry)) {
             (true, Some(outline)) => polygon(outline),
             (true, None) => polygon(&Outline::of_box(key.bbox, 0.0)),
             (false, _) => rectangle(rotated(entry).unwrap_or((key.bbox, 0.0))),
         };
         let (frame, occluded) = (entry.frame, occluded(entry));
-        let shape = Shape { frame, place, outside: false, occluded };
+        let shape = Shape { frame, element, outside: false, occluded };
         shape.write(xml, job, entry);
         if key.ends && frame + 1 < length {
             Shape { frame: frame + 1, outside: true, ..shape }.write(xml, job, entry);
@@ -180,15 +180,15 @@ fn write_shapes(
     }
 }
 
-/// The name of the element of a shape, and the attributes that say where it is.
-type Place = (&'static str, Vec<(&'static str, String)>);
+/// The name of an XML element, and its attributes that say where the target is.
+type Element = (&'static str, Vec<(&'static str, String)>);
 
-fn polygon(Outline(points): &Outline) -> Place {
+fn polygon(Outline(points): &Outline) -> Element {
     let points = Outline(points.iter().map(|point| point.map(round)).collect());
     ("polygon", vec![("points", points.to_string()), ("z_order", "0".into())])
 }
 
-fn rectangle((BoundingBox { x, y, w, h }, rotation): RotatedBox) -> Place {
+fn rectangle((BoundingBox { x, y, w, h }, rotation): RotatedBox) -> Element {
     let number = |value: f64| round(value).to_string();
     let names = ["xtl", "ytl", "xbr", "ybr"].into_iter();
     let mut all: Vec<_> = names.zip([x, y, x + w, y + h].map(number)).collect();
@@ -202,7 +202,7 @@ fn rectangle((BoundingBox { x, y, w, h }, rotation): RotatedBox) -> Place {
 /// A shape of a track.
 struct Shape {
     frame: usize,
-    place: Place,
+    element: Element,
     outside: bool,
     occluded: bool,
 }
@@ -210,7 +210,7 @@ struct Shape {
 impl Shape {
     /// Writes the shape, with the attributes of an entry.
     fn write(&self, xml: &mut Document, job: &Job<'_>, entry: &Entry) {
-        let (name, place) = &self.place;
+        let (name, position) = &self.element;
         let frame = self.frame.to_string();
         let mut all = vec![
             ("frame", frame.as_str()),
@@ -218,7 +218,7 @@ impl Shape {
             ("outside", digit(self.outside)),
             ("occluded", digit(self.occluded)),
         ];
-        all.extend(place.iter().map(|(name, value)| (*name, value.as_str())));
+        all.extend(position.iter().map(|(name, value)| (*name, value.as_str())));
         let truncated = entry.manual.map(|manual| if manual.truncated { "true" } else { "false" });
         let values = job.values(entry.id, self.frame).into_iter();
         let inside: Vec<_> = values.chain(truncated.map(|value| (TRUNCATED, value))).collect();
