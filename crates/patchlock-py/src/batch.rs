@@ -36,6 +36,8 @@ const ORIGIN: f64 = 1.0;
 #[pyclass(frozen, module = "patchlock")]
 pub struct Store {
     store: store::Store,
+    /// The seed for clips that specify none.
+    #[pyo3(get)]
     first_seed: u64,
     /// The files of the network.
     paths: ModelPaths,
@@ -80,12 +82,6 @@ impl Store {
     #[getter]
     fn folder(&self) -> PathBuf {
         self.store.folder().to_path_buf()
-    }
-
-    /// The seed for clips that specify none.
-    #[getter]
-    fn first_seed(&self) -> u64 {
-        self.first_seed
     }
 
     /// Describes the run on a clip as a JSON message.
@@ -159,7 +155,7 @@ struct RunOutputs {
 }
 
 fn message(message: &Message) -> PyResult<String> {
-    serde_json::to_string(message).map_err(|error| PyValueError::new_err(error.to_string()))
+    serde_json::to_string(message).map_err(errors::of_value)
 }
 
 fn read(job: &str) -> PyResult<Message> {

@@ -13,9 +13,6 @@ use pyo3::types::PyDict;
 use crate::errors;
 use crate::network::{self, Model, Network, RuntimeName, check_use};
 
-/// The settings that a [`Config`] and its groups share.
-type SharedConfig = Arc<Mutex<TrackerConfig>>;
-
 /// What `__reduce__` returns: a function and the arguments from which it makes equal settings.
 type ReduceValue<'py> =
     (Bound<'py, PyAny>, (&'static str, Bound<'py, PyDict>, Option<Py<Network>>));
@@ -60,7 +57,8 @@ const MODEL: &str = "model";
 ///     ImportError: `runtime` is `"onnxruntime"`, which is not installed.
 #[pyclass(frozen, module = "patchlock")]
 pub struct Config {
-    shared: SharedConfig,
+    /// All settings, as the group without a name.
+    all: Group,
     /// The network of the settings.
     model: Option<Py<Network>>,
 }
@@ -68,7 +66,8 @@ pub struct Config {
 /// A group of settings: a view of its [`Config`].
 #[pyclass(frozen, subclass, module = "patchlock")]
 pub struct Group {
-    shared: SharedConfig,
+    /// The settings that a [`Config`] and its groups share.
+    shared: Arc<Mutex<TrackerConfig>>,
     name: &'static str,
 }
 
@@ -136,13 +135,12 @@ impl Config {
     /// An object with these settings.
     pub fn of(settings: Settings) -> Self {
         let Settings { config, model } = settings;
-        Self { shared: Arc::new(Mutex::new(config)), model }
+        Self { all: Group { shared: Arc::new(Mutex::new(config)), name: "" }, model }
     }
 
     /// A copy of the settings.
     pub fn settings(&self, py: Python<'_>) -> Settings {
-        let model = self.model.as_ref().map(|model| model.clone_ref(py));
-        Settings { config: lock(&self.shared).clone(), model }
+        Settings { config: self.all.lock().clone(), model: self.model(py) }
     }
 }
 
@@ -181,7 +179,7 @@ impl Config {
 
     /// All settings: a dictionary of `seed` and of the method's group, whose settings are a dictionary, too.
     fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let config = lock(&self.shared);
+        let config = self.all.lock();
         let (all, group, patches) = (PyDict::new(py), PyDict::new(py), PyDict::new(py));
         for (parameter, value) in used(&config) {
             let dict = match parameter.group {
@@ -199,7 +197,7 @@ impl Config {
     }
 
     fn __getattr__<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
-        get(py, &self.shared, "", name)
+        self.all.__getattr__(py, name)
     }
 
     fn __setattr__(&self, name: &str, value: &Bound<'_, PyAny>) -> PyResult<()> {
@@ -208,22 +206,22 @@ impl Config {
                 "model can't be changed; patchlock.Config(\"network\", model=...) sets it";
             return Err(PyAttributeError::new_err(message));
         }
-        set(&self.shared, "", name, value)
+        self.all.__setattr__(name, value)
     }
 
     fn __dir__(&self) -> Vec<&'static str> {
         let others = [MODEL, "to_dict"];
-        others.into_iter().chain(names(&lock(&self.shared), "")).collect()
+        others.into_iter().chain(self.all.__dir__()).collect()
     }
 
     fn __eq__(&self, other: &Self) -> bool {
         // Two locks at once could wait for each other.
-        let other = lock(&other.shared).clone();
-        *lock(&self.shared) == other
+        let other = other.all.lock().clone();
+        *self.all.lock() == other
     }
 
     fn __repr__(&self) -> String {
-        let config = lock(&self.shared);
+        let config = self.all.lock();
         let (preset, changes) = basis(&config);
         let place = |parameter: &Parameter| match parameter.group {
             "" => parameter.name.to_owned(),
@@ -241,7 +239,7 @@ impl Config {
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<ReduceValue<'py>> {
         let restore = py.import("patchlock._patchlock")?.getattr("_restore_config")?;
-        let (preset, changes) = basis(&lock(&self.shared));
+        let (preset, changes) = basis(&self.all.lock());
         let dict = PyDict::new(py);
         for (parameter, value) in changes {
             dict.set_item(parameter.name, to_python(py, value)?)?;
@@ -250,29 +248,61 @@ impl Config {
     }
 }
 
+impl Group {
+    fn lock(&self) -> MutexGuard<'_, TrackerConfig> {
+        self.shared.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// A group in this one, as an object of its class.
+    fn inner<'py>(&self, py: Python<'py>, name: &'static str) -> PyResult<Bound<'py, PyAny>> {
+        let group = PyClassInitializer::from(Self { shared: Arc::clone(&self.shared), name });
+        Ok(match name {
+            "robust" => Bound::new(py, group.add_subclass(RobustConfig))?.into_any(),
+            "paper" => Bound::new(py, group.add_subclass(PaperConfig))?.into_any(),
+            "network" => Bound::new(py, group.add_subclass(NetworkConfig))?.into_any(),
+            _ => Bound::new(py, group.add_subclass(PatchModelConfig))?.into_any(),
+        })
+    }
+}
+
 #[pymethods]
 impl Group {
     fn __getattr__<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
-        get(py, &self.shared, self.name, name)
+        let config = self.lock();
+        if let Some(inner) = groups(self.name).iter().find(|inner| **inner == name) {
+            if *inner != PATCHES && *inner != config.method.name() {
+                return Err(PyAttributeError::new_err(other_method(inner, &config)));
+            }
+            return self.inner(py, inner);
+        }
+        check_name(&config, self.name, name)?;
+        let value = config.get(name);
+        to_python(py, value.map_err(|error| PyAttributeError::new_err(error.to_string()))?)
     }
 
     fn __setattr__(&self, name: &str, value: &Bound<'_, PyAny>) -> PyResult<()> {
-        set(&self.shared, self.name, name, value)
+        let mut config = self.lock();
+        if groups(self.name).contains(&name) {
+            let message = format!("{name} is a group of settings; change them one by one");
+            return Err(PyAttributeError::new_err(message));
+        }
+        let parameter = check_name(&config, self.name, name)?;
+        change(&mut config, parameter, value)
     }
 
     fn __dir__(&self) -> Vec<&'static str> {
-        names(&lock(&self.shared), self.name)
+        names(&self.lock(), self.name)
     }
 
     fn __eq__(&self, other: &Self) -> bool {
         let of = |group: &Self| -> Vec<_> {
-            used(&lock(&group.shared)).filter(|(row, _)| row.group == group.name).collect()
+            used(&group.lock()).filter(|(row, _)| row.group == group.name).collect()
         };
         self.name == other.name && of(self) == of(other)
     }
 
     fn __repr__(&self) -> String {
-        let config = lock(&self.shared);
+        let config = self.lock();
         let settings: Vec<_> = used(&config)
             .filter(|(parameter, _)| parameter.group == self.name)
             .map(|(parameter, value)| format!("{}={value}", parameter.name))
@@ -331,7 +361,7 @@ impl<'py> FromPyObject<'_, 'py> for Choice {
             Ok(config) => Ok(Self(config.get().settings(object.py()))),
             Err(_) => Err(PyTypeError::new_err(format!(
                 "config is a patchlock.Config, not {}; preset= takes the name of a preset",
-                shown(&object)
+                errors::shown(&object)
             ))),
         }
     }
@@ -381,17 +411,26 @@ pub fn apply(
             let settings = PARAMETERS.iter().map(|parameter| parameter.name);
             PyTypeError::new_err(unknown(&name, settings.chain(arguments.iter().copied())))
         })?;
-        config.set(&name, to_value(parameter, &value)?).map_err(|error| match error {
-            Error::SettingKind { .. } => wrong_kind(parameter, &value),
-            error @ Error::UnusedSetting { owner, .. } => {
-                // Of the methods with a patch model, the default one.
-                let preset = if owner == PATCHES { "robust" } else { owner };
-                PyValueError::new_err(format!("{error} (preset=\"{preset}\" chooses it)"))
-            }
-            error => PyValueError::new_err(error.to_string()),
-        })?;
+        change(config, parameter, &value)?;
     }
     Ok(())
+}
+
+/// Changes a setting.
+fn change(
+    config: &mut TrackerConfig,
+    parameter: &Parameter,
+    value: &Bound<'_, PyAny>,
+) -> PyResult<()> {
+    config.set(parameter.name, to_value(parameter, value)?).map_err(|error| match error {
+        Error::SettingKind { .. } => wrong_kind(parameter, value),
+        error @ Error::UnusedSetting { owner, .. } => {
+            // Of the methods with a patch model, the default one.
+            let preset = if owner == PATCHES { "robust" } else { owner };
+            PyValueError::new_err(format!("{error} (preset=\"{preset}\" chooses it)"))
+        }
+        error => errors::of_value(error),
+    })
 }
 
 /// The preset of the method that settings differ from least, and the settings that differ.
@@ -407,10 +446,6 @@ pub fn basis(config: &TrackerConfig) -> (Preset, Vec<(&'static Parameter, Value)
         |preset: &Preset| TrackerConfig::from(*preset).method.name() == config.method.name();
     let all = Preset::ALL.into_iter().filter(has_method).map(changes);
     all.min_by_key(|(_, changes)| changes.len()).unwrap_or_default()
-}
-
-fn lock(shared: &SharedConfig) -> MutexGuard<'_, TrackerConfig> {
-    shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// The settings that the method uses, with their values.
@@ -433,43 +468,6 @@ fn names(config: &TrackerConfig, group: &str) -> Vec<&'static str> {
     let settings = PARAMETERS.iter().filter(|row| row.group == group).map(|row| row.name);
     let inner = groups(group).iter().copied().filter(|name| *name == method || *name == PATCHES);
     settings.chain(inner).collect()
-}
-
-fn get<'py>(
-    py: Python<'py>,
-    shared: &SharedConfig,
-    group: &'static str,
-    name: &str,
-) -> PyResult<Bound<'py, PyAny>> {
-    let config = lock(shared);
-    if let Some(inner) = groups(group).iter().find(|inner| **inner == name) {
-        if *inner != PATCHES && *inner != config.method.name() {
-            return Err(PyAttributeError::new_err(other_method(inner, &config)));
-        }
-        return view(py, shared, inner);
-    }
-    check_name(&config, group, name)?;
-    let value = config.get(name);
-    to_python(py, value.map_err(|error| PyAttributeError::new_err(error.to_string()))?)
-}
-
-fn set(
-    shared: &SharedConfig,
-    group: &'static str,
-    name: &str,
-    value: &Bound<'_, PyAny>,
-) -> PyResult<()> {
-    let mut config = lock(shared);
-    if groups(group).contains(&name) {
-        let message = format!("{name} is a group of settings; change them one by one");
-        return Err(PyAttributeError::new_err(message));
-    }
-    let parameter = check_name(&config, group, name)?;
-    let changed = config.set(name, to_value(parameter, value)?);
-    changed.map_err(|error| match error {
-        Error::SettingKind { .. } => wrong_kind(parameter, value),
-        error => PyValueError::new_err(error.to_string()),
-    })
 }
 
 /// The row of a setting, which must be in the group.
@@ -520,41 +518,19 @@ fn wrong_kind(parameter: &Parameter, value: &Bound<'_, PyAny>) -> PyErr {
     let Parameter { name, kind, range, .. } = parameter;
     PyTypeError::new_err(format!(
         "the setting `{name}` is {}; it takes {kind}; allowed: {range}",
-        shown(value)
+        errors::shown(value)
     ))
-}
-
-fn shown(value: &Bound<'_, PyAny>) -> String {
-    value.repr().map_or("this".to_owned(), |text| text.to_string())
-}
-
-/// A group of a configuration, as an object of its class.
-fn view<'py>(
-    py: Python<'py>,
-    shared: &SharedConfig,
-    name: &'static str,
-) -> PyResult<Bound<'py, PyAny>> {
-    let group = PyClassInitializer::from(Group { shared: Arc::clone(shared), name });
-    Ok(match name {
-        "robust" => Bound::new(py, group.add_subclass(RobustConfig))?.into_any(),
-        "paper" => Bound::new(py, group.add_subclass(PaperConfig))?.into_any(),
-        "network" => Bound::new(py, group.add_subclass(NetworkConfig))?.into_any(),
-        _ => Bound::new(py, group.add_subclass(PatchModelConfig))?.into_any(),
-    })
 }
 
 /// A Python value as the value of a setting.
 fn to_value(parameter: &Parameter, value: &Bound<'_, PyAny>) -> PyResult<Value> {
-    if let Ok(flag) = value.extract::<bool>() {
-        return Ok(Value::Flag(flag));
-    }
-    if let Ok(number) = value.extract::<i64>() {
-        return Ok(Value::Whole(number));
-    }
-    if let Ok(number) = value.extract::<f64>() {
-        return Ok(Value::Number(number));
-    }
-    value.extract().map(Value::Word).map_err(|_| wrong_kind(parameter, value))
+    value
+        .extract()
+        .map(Value::Flag)
+        .or_else(|_| value.extract().map(Value::Whole))
+        .or_else(|_| value.extract().map(Value::Number))
+        .or_else(|_| value.extract().map(Value::Word))
+        .map_err(|_: PyErr| wrong_kind(parameter, value))
 }
 
 fn to_python(py: Python<'_>, value: Value) -> PyResult<Bound<'_, PyAny>> {

@@ -1,6 +1,6 @@
 //! Draws estimates on frames, as the command draws them on videos.
 
-use numpy::{IntoPyArray, PyArray3, ndarray::Array3};
+use numpy::PyArray3;
 use patchlock::{Estimate, Status};
 use patchlock_cli::output::TargetResult;
 use patchlock_cli::output::draw::{annotate_on, colour, score_label};
@@ -9,6 +9,7 @@ use patchlock_drawing::tag;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
+use crate::arrays;
 use crate::pixels::{Channels, Pixels};
 
 /// A copy of a frame with an estimate drawn on it, in the channel order of the frame.
@@ -35,6 +36,5 @@ pub fn on_frame<'py>(
     if channels == Channels::Bgr {
         samples.chunks_exact_mut(3).for_each(<[u8]>::reverse);
     }
-    let array = Array3::from_shape_vec((height, width, 3), samples);
-    Ok(array.map_err(|error| PyValueError::new_err(error.to_string()))?.into_pyarray(py))
+    arrays::owning(py, (height, width, 3), samples)
 }

@@ -32,53 +32,37 @@ pub trait Engine: Send + Sized {
     fn method(snapshot: &Self::Snapshot) -> &Method;
 }
 
-impl Engine for patchlock::Tracker {
-    type Snapshot = patchlock::Snapshot;
-    const NAME: &str = "Tracker";
+/// The trackers of the library have the same methods, but no trait of them.
+macro_rules! engine {
+    ($tracker:ident, $snapshot:ident) => {
+        impl Engine for patchlock::$tracker {
+            type Snapshot = patchlock::$snapshot;
+            const NAME: &str = stringify!($tracker);
 
-    fn config(&self) -> &TrackerConfig {
-        self.config()
-    }
+            fn config(&self) -> &TrackerConfig {
+                self.config()
+            }
 
-    fn snapshot(&self) -> Self::Snapshot {
-        self.snapshot()
-    }
+            fn snapshot(&self) -> Self::Snapshot {
+                self.snapshot()
+            }
 
-    fn restore(snapshot: Self::Snapshot, network: Option<Network>) -> Result<Self, Error> {
-        Self::restore(match network {
-            Some(network) => snapshot.with_network(network),
-            None => snapshot,
-        })
-    }
+            fn restore(snapshot: Self::Snapshot, network: Option<Network>) -> Result<Self, Error> {
+                Self::restore(match network {
+                    Some(network) => snapshot.with_network(network),
+                    None => snapshot,
+                })
+            }
 
-    fn method(snapshot: &Self::Snapshot) -> &Method {
-        &snapshot.config().method
-    }
+            fn method(snapshot: &Self::Snapshot) -> &Method {
+                &snapshot.config().method
+            }
+        }
+    };
 }
 
-impl Engine for patchlock::MultiTracker {
-    type Snapshot = patchlock::MultiSnapshot;
-    const NAME: &str = "MultiTracker";
-
-    fn config(&self) -> &TrackerConfig {
-        self.config()
-    }
-
-    fn snapshot(&self) -> Self::Snapshot {
-        self.snapshot()
-    }
-
-    fn restore(snapshot: Self::Snapshot, network: Option<Network>) -> Result<Self, Error> {
-        Self::restore(match network {
-            Some(network) => snapshot.with_network(network),
-            None => snapshot,
-        })
-    }
-
-    fn method(snapshot: &Self::Snapshot) -> &Method {
-        &snapshot.config().method
-    }
-}
+engine!(Tracker, Snapshot);
+engine!(MultiTracker, MultiSnapshot);
 
 /// The network of a tracker, as a Python object.
 type Model = Option<Py<network::Network>>;
@@ -191,8 +175,7 @@ impl<T: Engine> Driver<T> {
     /// The state as JSON text.
     pub fn text<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         let text = self.with(py, |state| serde_json::to_vec(&state.tracker.snapshot()));
-        let text = text.map_err(|error| PyValueError::new_err(error.to_string()))?;
-        Ok(PyBytes::new(py, &text))
+        Ok(PyBytes::new(py, &text.map_err(errors::of_value)?))
     }
 
     /// The state as MessagePack, and what else a driver needs to continue.
@@ -201,8 +184,7 @@ impl<T: Engine> Driver<T> {
             (rmp_serde::to_vec_named(&state.tracker.snapshot()), state.frame)
         };
         let (bytes, frame) = self.with(py, saved);
-        let bytes = bytes.map_err(|error| PyValueError::new_err(error.to_string()))?;
-        let bytes = PyBytes::new(py, &bytes);
+        let bytes = PyBytes::new(py, &bytes.map_err(errors::of_value)?);
         Ok((bytes, self.threads(), self.channels(), frame, self.model(py)))
     }
 

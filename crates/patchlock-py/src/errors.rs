@@ -6,6 +6,16 @@ use pyo3::prelude::*;
 
 use crate::advice;
 
+/// An error of a value that needs no advice.
+pub fn of_value(error: impl ToString) -> PyErr {
+    PyValueError::new_err(error.to_string())
+}
+
+/// An object in a message.
+pub fn shown(object: &Bound<'_, PyAny>) -> String {
+    object.repr().map_or("this".to_owned(), |text| text.to_string())
+}
+
 /// An error of the tracker: a value that is not allowed.
 pub fn of_tracker(error: Error) -> PyErr {
     PyValueError::new_err(advice::tracker(&error))

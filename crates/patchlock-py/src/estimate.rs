@@ -7,18 +7,18 @@ use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyType};
 
+use crate::arrays;
 use crate::draw;
 use crate::driver::CallResult;
+use crate::errors;
 use crate::pixels::Channels;
 
 /// The maps of visible patches, large and small.
 type Maps<'py> = (Bound<'py, PyArray2<bool>>, Bound<'py, PyArray2<bool>>);
 
 /// What `__reduce__` returns: the class and the arguments that make an equal value.
-type ReduceValue<'py> = (
-    Bound<'py, PyType>,
-    (Bound<'py, PyAny>, Vec<[f64; 2]>, f64, &'static str, Option<Maps<'py>>, u64, f64),
-);
+type ReduceValue<'py> =
+    (Bound<'py, PyType>, (BoxTuple, Vec<[f64; 2]>, f64, &'static str, Option<Maps<'py>>, u64, f64));
 
 /// Where the target is in one frame, how certain that is, and how much of it is visible.
 ///
@@ -38,7 +38,13 @@ type ReduceValue<'py> = (
 ///     ValueError: The status is unknown, or the number of corners is not 4.
 #[pyclass(frozen, module = "patchlock")]
 pub struct Estimate {
+    /// Number of the frame.
+    ///
+    /// With `track` it is the number in the source; with a tracker it counts from the first frame.
+    #[pyo3(get)]
     frame: u64,
+    /// Milliseconds that the tracker took for the frame.
+    #[pyo3(get)]
     ms: f64,
     inner: patchlock::Estimate,
 }
@@ -88,24 +94,10 @@ impl Estimate {
         Ok(Self { frame, ms, inner })
     }
 
-    /// Number of the frame.
-    ///
-    /// With `track` it is the number in the source; with a tracker it counts from the first frame.
-    #[getter]
-    fn frame(&self) -> u64 {
-        self.frame
-    }
-
-    /// Milliseconds that the tracker took for the frame.
-    #[getter]
-    fn ms(&self) -> f64 {
-        self.ms
-    }
-
     /// The upright box `(x, y, w, h)` in pixels, counted from 0; may be fractional.
     #[getter]
-    fn r#box<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        box_tuple(py, &self.inner.bbox)
+    fn r#box(&self) -> BoxTuple {
+        BoxTuple(self.inner.bbox)
     }
 
     /// Corners of the rotated outline as x, y in pixels, shape (4, 2).
@@ -141,7 +133,7 @@ impl Estimate {
     #[getter]
     fn visibility<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
         let Some(maps) = self.maps(py)? else { return Ok(None) };
-        named(py, &VISIBILITY, "Visibility")?.call1(maps).map(Some)
+        VISIBILITY.import(py, TYPES, "Visibility")?.call1(maps).map(Some)
     }
 
     /// One row of the table that `patchlock track` saves, by column name, without the time.
@@ -217,7 +209,7 @@ impl Estimate {
         let corners = self.inner.corners.to_vec();
         let maps = self.maps(py)?;
         let (score, status) = (self.inner.score, self.inner.status.name());
-        let args = (self.r#box(py)?, corners, score, status, maps, self.frame, self.ms);
+        let args = (self.r#box(), corners, score, status, maps, self.frame, self.ms);
         Ok((py.get_type::<Self>(), args))
     }
 }
@@ -225,27 +217,16 @@ impl Estimate {
 impl Estimate {
     fn maps<'py>(&self, py: Python<'py>) -> PyResult<Option<Maps<'py>>> {
         let Some(Visibility { large, small }) = &self.inner.visibility else { return Ok(None) };
-        Ok(Some((visible(py, large)?, visible(py, small)?)))
+        let visible =
+            |map: &VisibilityMap| arrays::copied(py, (map.rows, map.columns), &map.visible);
+        Ok(Some((visible(large)?, visible(small)?)))
     }
 }
 
+/// The module of the named tuples, and those of them that have been used.
+const TYPES: &str = "patchlock._types";
 static BOX: PyOnceLock<Py<PyType>> = PyOnceLock::new();
 static VISIBILITY: PyOnceLock<Py<PyType>> = PyOnceLock::new();
-
-/// A named tuple of the package.
-fn named<'a, 'py>(
-    py: Python<'py>,
-    class: &'a PyOnceLock<Py<PyType>>,
-    name: &str,
-) -> PyResult<&'a Bound<'py, PyType>> {
-    class.import(py, "patchlock._types", name)
-}
-
-fn visible<'py>(py: Python<'py>, map: &VisibilityMap) -> PyResult<Bound<'py, PyArray2<bool>>> {
-    let array = Array2::from_shape_vec((map.rows, map.columns), map.visible.clone())
-        .map_err(|error| PyValueError::new_err(error.to_string()))?;
-    Ok(array.to_pyarray(py))
-}
 
 /// The status of this name.
 pub fn to_status(name: &str) -> PyResult<Status> {
@@ -265,10 +246,19 @@ fn map(visible: &Bound<'_, PyAny>) -> PyResult<VisibilityMap> {
     Ok(VisibilityMap { rows, columns, visible: array.iter().copied().collect() })
 }
 
-/// The box as the package's named tuple.
-pub fn box_tuple<'py>(py: Python<'py>, bbox: &BoundingBox) -> PyResult<Bound<'py, PyAny>> {
-    let BoundingBox { x, y, w, h } = *bbox;
-    named(py, &BOX, "Box")?.call1((x, y, w, h))
+/// A box, in Python the package's named tuple.
+#[derive(Clone, Copy)]
+pub struct BoxTuple(pub BoundingBox);
+
+impl<'py> IntoPyObject<'py> for BoxTuple {
+    type Target = PyAny;
+    type Output = Bound<'py, PyAny>;
+    type Error = PyErr;
+
+    fn into_pyobject(self, py: Python<'py>) -> PyResult<Self::Output> {
+        let BoundingBox { x, y, w, h } = self.0;
+        BOX.import(py, TYPES, "Box")?.call1((x, y, w, h))
+    }
 }
 
 /// Reads a box from any iterable of four numbers.
@@ -280,13 +270,9 @@ pub fn to_box(object: &Bound<'_, PyAny>) -> PyResult<BoundingBox> {
 /// A box of any four numbers: left, top, width, height or, with `corners`, left, top, right, bottom.
 #[pyfunction]
 #[pyo3(name = "_box", signature = (numbers, corners = false))]
-pub fn box_of<'py>(
-    py: Python<'py>,
-    numbers: &Bound<'py, PyAny>,
-    corners: bool,
-) -> PyResult<Bound<'py, PyAny>> {
+pub fn box_of(numbers: &Bound<'_, PyAny>, corners: bool) -> PyResult<BoxTuple> {
     if !corners {
-        return box_tuple(py, &to_box(numbers)?);
+        return to_box(numbers).map(BoxTuple);
     }
     let sides = "a box is four numbers x1, y1, x2, y2: left, top, right, bottom in pixels";
     let [left, top, right, bottom] = self::numbers(numbers, sides)?;
@@ -296,7 +282,7 @@ pub fn box_of<'py>(
              {sides}"
         )));
     }
-    box_tuple(py, &BoundingBox { x: left, y: top, w: right - left, h: bottom - top })
+    Ok(BoxTuple(BoundingBox { x: left, y: top, w: right - left, h: bottom - top }))
 }
 
 /// Intersection over union of two boxes of any four numbers.
@@ -308,10 +294,7 @@ pub fn iou(one: &Bound<'_, PyAny>, other: &Bound<'_, PyAny>) -> PyResult<f64> {
 
 /// Reads exactly `N` numbers from a tuple, a list, an array or another iterable.
 pub fn numbers<const N: usize>(object: &Bound<'_, PyAny>, expected: &str) -> PyResult<[f64; N]> {
-    let wrong = || {
-        let shown = object.repr().map_or("this".to_string(), |text| text.to_string());
-        format!("{expected}; not {shown}")
-    };
+    let wrong = || format!("{expected}; not {}", errors::shown(object));
     let items = object.try_iter().map_err(|_| PyTypeError::new_err(wrong()))?;
     let numbers: PyResult<Vec<f64>> = items.map(|item| item?.extract()).collect();
     let numbers = numbers.map_err(|_| PyTypeError::new_err(wrong()))?;

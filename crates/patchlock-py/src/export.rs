@@ -93,23 +93,18 @@ pub fn export(
     key_frames: f64,
     overwrite: bool,
 ) -> PyResult<usize> {
-    let format = Format::named(format).map_err(|error| to_python(&error))?;
+    let format = Format::named(format).map_err(to_python)?;
     let (selection, key_frames) =
-        choice(status, min_score, every, key_frames).map_err(|error| to_python(&error))?;
+        choice(status, min_score, every, key_frames).map_err(to_python)?;
     let options =
         Options { label, size, images, selection, key_frames, ..Options::new(format, name) };
-    let track = match track {
-        Source::File(path) => Err(path),
-        Source::Rows(rows) => Ok(rows.into_iter().map(entry).collect::<PyResult<Vec<_>>>()?),
-    };
     let written = py.detach(|| {
         let track = match track {
-            Err(path) => Track::read(&path),
-            Ok(entries) => Track::new(entries),
+            Source::File(path) => Track::read(&path),
+            Source::Rows(rows) => Track::new(rows.into_iter().map(entry).collect::<PyResult<_>>()?),
         };
-        write(&track?, &options, &out, overwrite)
-    });
-    let written = written.map_err(|error| to_python(&error))?;
+        track.and_then(|track| write(&track, &options, &out, overwrite)).map_err(to_python)
+    })?;
     warn(py, &options.selection, &written, 2)?;
     Ok(written.files)
 }
@@ -120,12 +115,11 @@ fn entry((frame, id, [x, y, w, h], score, corners, status): Row) -> PyResult<Ent
 }
 
 /// File system errors become `OSError`, all others `ValueError`.
-fn to_python(error: &patchlock_track::Error) -> PyErr {
+fn to_python(error: patchlock_track::Error) -> PyErr {
     use patchlock_track::Error;
+    let text = advice::track(&error);
     match error {
-        Error::Read { .. } | Error::Write { .. } | Error::Frame { .. } => {
-            PyOSError::new_err(advice::track(error))
-        }
-        _ => PyValueError::new_err(advice::track(error)),
+        Error::Read { .. } | Error::Write { .. } | Error::Frame { .. } => PyOSError::new_err(text),
+        _ => PyValueError::new_err(text),
     }
 }

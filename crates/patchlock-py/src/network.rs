@@ -1,9 +1,8 @@
 //! The Python classes `Network` and `ModelFile`, and the arguments `model` and `runtime`.
 
-use std::io;
 use std::path::{self, Path, PathBuf};
 
-use patchlock::{KnownModel, Method, NetworkError, Runtime};
+use patchlock::{Method, NetworkError};
 use patchlock_track::settings::SettingsError;
 use patchlock_track::{ModelError, ModelPaths, models};
 use pyo3::exceptions::{PyTypeError, PyValueError};
@@ -78,7 +77,10 @@ impl Network {
         };
         let (network, paths) = detached(py, || match files {
             Files::Paths(paths) => {
-                let paths = paths.iter().map(absolute).collect::<Result<Vec<_>, _>>()?;
+                let paths = paths
+                    .iter()
+                    .map(|path| models::absolute(path))
+                    .collect::<Result<Vec<_>, _>>()?;
                 Ok::<_, PyErr>((from_paths(&paths, library.as_deref())?, paths))
             }
             Files::Bytes(files) => Ok((from_bytes(&files, library.as_deref())?, Vec::new())),
@@ -182,91 +184,59 @@ pub fn restore_network(
 /// Raises:
 ///     ValueError: The file is damaged, too large or of no known family.
 ///     OSError: The file can't be read.
-#[pyclass(frozen, module = "patchlock")]
-pub struct ModelFile(patchlock::ModelFile);
+#[pyclass(frozen, get_all, module = "patchlock")]
+pub struct ModelFile {
+    /// The family of networks that it belongs to, such as "NanoTrack".
+    family: &'static str,
+    /// The part of the network that it holds, such as "head".
+    part: &'static str,
+    /// Its inputs and outputs with their shapes.
+    values: String,
+    /// Number of operators.
+    operators: usize,
+    /// Number of weights.
+    parameters: u64,
+    /// Its SHA-256, in hexadecimal.
+    sha256: String,
+    /// The published network that it is a file of, such as "NanoTrack v3"; `None` if it is not a known file.
+    name: Option<&'static str>,
+    /// Who publishes it, and where in the repository it is; `None` if it is not a known file.
+    origin: Option<&'static str>,
+    /// The licence that its publisher states; `None` if it is not a known file.
+    licence: Option<&'static str>,
+    /// What it was trained on, and what that means for its use; `None` if it is not a known file.
+    training: Option<&'static str>,
+}
 
 #[pymethods]
 impl ModelFile {
     #[new]
     fn new(py: Python<'_>, file: File) -> PyResult<Self> {
-        detached(py, || match file {
-            File::Path(path) => models::examine(&path).map(Self).map_err(of_model),
-            File::Bytes(bytes) => {
-                patchlock::ModelFile::examine(&bytes).map(Self).map_err(of_network)
-            }
+        let read = detached(py, || match file {
+            File::Path(path) => models::examine(&path).map_err(of_model),
+            File::Bytes(bytes) => patchlock::ModelFile::examine(&bytes).map_err(of_network),
+        });
+        let patchlock::ModelFile {
+            family, part, values, operators, parameters, sha256, known, ..
+        } = read?;
+        Ok(Self {
+            family,
+            part,
+            values,
+            operators,
+            parameters,
+            sha256,
+            name: known.map(|model| model.name),
+            origin: known.map(|model| model.origin),
+            licence: known.map(|model| model.licence),
+            training: known.map(|model| model.training),
         })
     }
 
-    /// The family of networks that it belongs to, such as "NanoTrack".
-    #[getter]
-    fn family(&self) -> &'static str {
-        self.0.family
-    }
-
-    /// The part of the network that it holds, such as "head".
-    #[getter]
-    fn part(&self) -> &'static str {
-        self.0.part
-    }
-
-    /// Its inputs and outputs with their shapes.
-    #[getter]
-    fn values(&self) -> &str {
-        &self.0.values
-    }
-
-    /// Number of operators.
-    #[getter]
-    fn operators(&self) -> usize {
-        self.0.operators
-    }
-
-    /// Number of weights.
-    #[getter]
-    fn parameters(&self) -> u64 {
-        self.0.parameters
-    }
-
-    /// Its SHA-256, in hexadecimal.
-    #[getter]
-    fn sha256(&self) -> &str {
-        &self.0.sha256
-    }
-
-    /// The published network that it is a file of, such as "NanoTrack v3"; `None` if it is not a known file.
-    #[getter]
-    fn name(&self) -> Option<&'static str> {
-        self.known(|model| model.name)
-    }
-
-    /// Who publishes it, and where in the repository it is; `None` if it is not a known file.
-    #[getter]
-    fn origin(&self) -> Option<&'static str> {
-        self.known(|model| model.origin)
-    }
-
-    /// The licence that its publisher states; `None` if it is not a known file.
-    #[getter]
-    fn licence(&self) -> Option<&'static str> {
-        self.known(|model| model.licence)
-    }
-
-    /// What it was trained on, and what that means for its use; `None` if it is not a known file.
-    #[getter]
-    fn training(&self) -> Option<&'static str> {
-        self.known(|model| model.training)
-    }
-
     fn __repr__(&self) -> String {
-        let patchlock::ModelFile { family, part, sha256, .. } = &self.0;
-        let name = self.name().unwrap_or("not a known file");
+        let Self { family, part, sha256, .. } = self;
+        let name = self.name.unwrap_or("not a known file");
         format!("<ModelFile {family} {part}, {name}, sha256 {}>", &sha256[..8])
-    }
-}
-
-impl ModelFile {
-    fn known(&self, field: impl Fn(&KnownModel) -> &'static str) -> Option<&'static str> {
-        self.0.known.map(field)
     }
 }
 
@@ -366,21 +336,15 @@ impl Files {
     }
 }
 
-impl From<File> for Files {
-    fn from(file: File) -> Self {
-        match file {
-            File::Path(path) => Self::Paths(vec![path]),
-            File::Bytes(bytes) => Self::Bytes(vec![bytes]),
-        }
-    }
-}
-
 impl<'py> FromPyObject<'_, 'py> for Files {
     type Error = PyErr;
 
     fn extract(object: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
         if let Ok(file) = object.extract::<File>() {
-            return Ok(file.into());
+            return Ok(match file {
+                File::Path(path) => Self::Paths(vec![path]),
+                File::Bytes(bytes) => Self::Bytes(vec![bytes]),
+            });
         }
         let listed = object.extract::<Vec<File>>().map_err(|_| {
             PyTypeError::new_err(format!(
@@ -388,7 +352,6 @@ impl<'py> FromPyObject<'_, 'py> for Files {
                 name_of(object)
             ))
         })?;
-        let all = listed.len();
         let (mut paths, mut bytes) = (Vec::new(), Vec::new());
         for file in listed {
             match file {
@@ -396,10 +359,10 @@ impl<'py> FromPyObject<'_, 'py> for Files {
                 File::Bytes(file) => bytes.push(file),
             }
         }
-        match (paths.len(), bytes.len()) {
-            (0, 0) => Err(PyValueError::new_err("model is an empty list")),
-            (count, _) if count == all => Ok(Self::Paths(paths)),
-            (_, count) if count == all => Ok(Self::Bytes(bytes)),
+        match (paths.is_empty(), bytes.is_empty()) {
+            (true, true) => Err(PyValueError::new_err("model is an empty list")),
+            (false, true) => Ok(Self::Paths(paths)),
+            (true, false) => Ok(Self::Bytes(bytes)),
             _ => Err(PyTypeError::new_err("model is a list of paths and bytes; give one kind")),
         }
     }
@@ -458,35 +421,19 @@ pub fn library(py: Python<'_>, runtime: Option<&RuntimeName>) -> PyResult<Option
     }
 }
 
-/// The full path; the name of our own network stays as it is.
-fn absolute(path: &PathBuf) -> io::Result<PathBuf> {
-    if models::is_word(path) { Ok(path.clone()) } else { path::absolute(path) }
-}
-
 fn from_paths(paths: &[PathBuf], library: Option<&Path>) -> PyResult<patchlock::Network> {
     if let [path] = paths {
         return models::load(path, library).map_err(of_model);
     }
-    let mut files = Vec::new();
-    for path in paths {
-        files.extend(
-            models::contents(path)
-                .map_err(of_model)?
-                .into_iter()
-                .map(|(_, bytes)| bytes.into_owned()),
-        );
-    }
+    let contents = paths.iter().map(|path| models::contents(path));
+    let contents = contents.collect::<Result<Vec<_>, _>>().map_err(of_model)?;
+    let files: Vec<Vec<u8>> =
+        contents.into_iter().flatten().map(|(_, bytes)| bytes.into_owned()).collect();
     from_bytes(&files, library)
 }
 
 fn from_bytes(files: &[Vec<u8>], library: Option<&Path>) -> PyResult<patchlock::Network> {
-    let runtime = match library {
-        Some(library) => {
-            let loaded = Runtime::onnxruntime(library);
-            loaded.map_err(|error| of_model(ModelError::Runtime(error)))?
-        }
-        None => Runtime::built_in(),
-    };
+    let runtime = models::runtime(library).map_err(of_model)?;
     let files: Vec<&[u8]> = files.iter().map(Vec::as_slice).collect();
     patchlock::Network::with_runtime(&files, &runtime).map_err(of_network)
 }

@@ -1,56 +1,112 @@
 //! The Python classes `PaperObservation`, `RobustObservation`, `NetworkObservation` and
 //! `CommitteeObservation`.
 
-use numpy::ndarray::{Array2, Array3};
-use numpy::{PyArray1, PyArray2, PyArray3, ToPyArray};
-use patchlock::{
-    BoundingBox, CommitteeView, FrameView, MemberView, NetworkView, PaperView, RobustView,
-};
+use numpy::{Element, PyArrayDyn};
+use patchlock::{CommitteeView, FrameView, MemberView, NetworkView, PaperView, RobustView};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{IntoPyDict as _, PyDict};
 
-use crate::estimate::{Estimate, box_tuple};
+use crate::arrays;
+use crate::estimate::{BoxTuple, Estimate};
+
+/// Numbers that Python reads as a new array each time.
+struct Numbers<T> {
+    shape: Vec<usize>,
+    numbers: Vec<T>,
+}
+
+impl<T: Clone> Numbers<T> {
+    /// Numbers with `side` rows and columns.
+    fn square(side: usize, numbers: &[T]) -> Self {
+        Self { shape: vec![side, side], numbers: numbers.to_vec() }
+    }
+}
+
+impl<'py, T: Element> IntoPyObject<'py> for &Numbers<T> {
+    type Target = PyArrayDyn<T>;
+    type Output = Bound<'py, Self::Target>;
+    type Error = PyErr;
+
+    fn into_pyobject(self, py: Python<'py>) -> PyResult<Self::Output> {
+        arrays::copied(py, self.shape.clone(), &self.numbers)
+    }
+}
 
 /// What the method `paper` computed on one frame; `Tracker.update_observed` returns it.
-#[pyclass(frozen, module = "patchlock")]
+#[pyclass(frozen, get_all, module = "patchlock")]
 pub struct PaperObservation {
-    particles: Vec<[f64; 6]>,
-    likelihoods: Vec<f64>,
+    /// The particles, shape (particles, 6).
+    ///
+    /// The columns are x and y of the centre in pixels, scale, rotation, aspect and skew.
+    particles: Numbers<f64>,
+    /// The likelihood of each particle (Eq. 24); larger is better, with no fixed scale.
+    likelihoods: Numbers<f64>,
+    /// Index of the particle that became the estimate.
     best: usize,
-    side: usize,
-    candidate: Vec<f32>,
-    templates: Vec<Vec<f32>>,
+    /// The estimate's candidate, shape (side, side): warped to the template size, with unit norm.
+    candidate: Numbers<f32>,
+    /// All templates after this frame, shape (templates, side, side), newest last.
+    templates: Numbers<f32>,
+    /// Former index of the template that this frame replaced; `None` if none was replaced.
     replaced: Option<usize>,
-    mask: Vec<f64>,
+    /// Occlusion mask of the new template, shape (side, side); `None` if no template was replaced.
+    ///
+    /// 1 is visible, 0 is hidden.
+    mask: Option<Numbers<f64>>,
 }
 
 /// What the method `robust` computed on one frame; `Tracker.update_observed` returns it.
-#[pyclass(frozen, module = "patchlock")]
+#[pyclass(frozen, get_all, module = "patchlock")]
 pub struct RobustObservation {
+    /// Frames since the start.
     frame: u64,
+    /// How certain the memory is of the estimate: its response there over its mean on sure frames.
     certainty: f64,
+    /// The memory's strongest response more than half the target's width or height away from the estimate.
+    ///
+    /// It is relative to the response at the estimate, from 0 to 2.
     elsewhere: f64,
+    /// How sure the memory was when it had seen no more than the first sure frames.
+    ///
+    /// It is the response of what the memory was then, relative to its mean then.
     early: f64,
+    /// How well colour tells the target from what is around it: from -1 through 0, not at all, to 1.
     contrast: f64,
+    /// The visible share of the target, 0 to 1; 0 once the target is given up.
     visible: f64,
+    /// The running mean of the visible share over all frames, which the score counts.
     mean_visible: f64,
+    /// The running mean of `elsewhere` over the last frames, which the score counts.
     mean_elsewhere: f64,
+    /// The running mean of `early` over the last frames, each from 0 to 1.5, which the score counts.
     mean_early: f64,
+    /// Number of cells on a side of the search window around the estimate.
     side: usize,
+    /// Side of a cell, in pixels of the frame.
     cell: f64,
-    tracking_filter: Vec<f32>,
-    memory: Vec<f32>,
+    /// The response of the tracking filter, shape (side, side).
+    ///
+    /// The entry [0, 0] is the centre of the estimate; entries further on are displacements down and to the
+    /// right, those beyond half the side up and to the left. `numpy.fft.fftshift` puts the centre into the
+    /// middle.
+    tracking_filter: Numbers<f32>,
+    /// The memory's response, shape (side, side), in the same order.
+    memory: Numbers<f32>,
 }
 
 /// What the method `network` saw on one frame; `Tracker.update_observed` returns it.
-#[pyclass(frozen, module = "patchlock")]
+#[pyclass(frozen, get_all, module = "patchlock")]
 pub struct NetworkObservation {
-    cells: usize,
-    scores: Vec<f64>,
-    logits: Vec<f64>,
-    chosen: usize,
-    seen: BoundingBox,
+    /// The score of each cell of the search window, 0 to 1, shape (cells, cells): the network's own; of
+    /// PatchNet, a weighted mean of the network's and its classifier's.
+    scores: Numbers<f64>,
+    /// The logarithm of the odds that the network gives each cell, shape (cells, cells).
+    logits: Numbers<f64>,
+    /// Row and column of the cell that was chosen.
+    chosen: (usize, usize),
+    /// The box `(x, y, w, h)` that the chosen cell saw, before its size was smoothed.
+    seen: BoxTuple,
 }
 
 /// What the default tracker and a network said on one frame, each for itself; `Tracker.update_observed`
@@ -59,6 +115,8 @@ pub struct NetworkObservation {
 pub struct CommitteeObservation {
     /// What each member said, and its observation.
     members: Vec<(MemberView, Py<PyAny>)>,
+    /// Whether the members agree on the place.
+    #[pyo3(get)]
     agrees: bool,
 }
 
@@ -81,21 +139,16 @@ pub struct Views {
 impl Views {
     /// Keeps a copy of what is shown.
     pub fn add(&mut self, view: &FrameView<'_>) {
-        match view {
-            FrameView::Paper(view) => {
-                self.observations.push(Observation::Paper(PaperObservation::of(view)))
-            }
-            FrameView::Robust(view) => {
-                self.observations.push(Observation::Robust(RobustObservation::of(view)))
-            }
-            FrameView::Network(view) => {
-                self.observations.push(Observation::Network(NetworkObservation::of(view)))
-            }
+        self.observations.push(match view {
+            FrameView::Paper(view) => Observation::Paper(PaperObservation::of(view)),
+            FrameView::Robust(view) => Observation::Robust(RobustObservation::of(view)),
+            FrameView::Network(view) => Observation::Network(NetworkObservation::of(view)),
             FrameView::Committee(CommitteeView { members, agrees, .. }) => {
                 self.committee = Some((members.to_vec(), *agrees));
+                return;
             }
-            _ => {}
-        }
+            _ => return,
+        });
     }
 
     /// The observation of the tracker.
@@ -119,15 +172,26 @@ impl PaperObservation {
         let numbers = |state: &patchlock::State| {
             [state.x, state.y, state.scale, state.rotation, state.aspect, state.skew]
         };
+        let particles: Vec<[f64; 6]> = view.particles.iter().map(numbers).collect();
+        let side = view.candidate.len().isqrt();
+        let templates = view.templates;
         Self {
-            particles: view.particles.iter().map(numbers).collect(),
-            likelihoods: view.likelihoods.to_vec(),
+            particles: Numbers {
+                shape: vec![particles.len(), 6],
+                numbers: particles.into_flattened(),
+            },
+            likelihoods: Numbers {
+                shape: vec![view.likelihoods.len()],
+                numbers: view.likelihoods.to_vec(),
+            },
             best: view.best,
-            side: view.candidate.len().isqrt(),
-            candidate: view.candidate.to_vec(),
-            templates: view.templates.to_vec(),
+            candidate: Numbers::square(side, view.candidate),
+            templates: Numbers {
+                shape: vec![templates.len(), side, side],
+                numbers: templates.concat(),
+            },
             replaced: view.update.map(|update| update.replaced),
-            mask: view.update.map_or(Vec::new(), |update| update.mask.to_vec()),
+            mask: view.update.map(|update| Numbers::square(side, update.mask)),
         }
     }
 }
@@ -146,8 +210,8 @@ impl RobustObservation {
             mean_early: view.mean_early,
             side: view.side,
             cell: view.cell,
-            tracking_filter: view.tracking_filter.to_vec(),
-            memory: view.memory.to_vec(),
+            tracking_filter: Numbers::square(view.side, view.tracking_filter),
+            memory: Numbers::square(view.side, view.memory),
         }
     }
 }
@@ -155,161 +219,24 @@ impl RobustObservation {
 impl NetworkObservation {
     fn of(view: &NetworkView<'_>) -> Self {
         Self {
-            cells: view.cells,
-            scores: view.scores.to_vec(),
-            logits: view.logits.to_vec(),
-            chosen: view.chosen,
-            seen: view.seen,
+            scores: Numbers::square(view.cells, view.scores),
+            logits: Numbers::square(view.cells, view.logits),
+            chosen: (view.chosen / view.cells, view.chosen % view.cells),
+            seen: BoxTuple(view.seen),
         }
     }
 }
 
 #[pymethods]
 impl PaperObservation {
-    /// The particles, shape (particles, 6).
-    ///
-    /// The columns are x and y of the centre in pixels, scale, rotation, aspect and skew.
-    #[getter]
-    fn particles<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
-        Array2::from(self.particles.clone()).to_pyarray(py)
-    }
-
-    /// The likelihood of each particle (Eq. 24); larger is better, with no fixed scale.
-    #[getter]
-    fn likelihoods<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.likelihoods.to_pyarray(py)
-    }
-
-    /// Index of the particle that became the estimate.
-    #[getter]
-    fn best(&self) -> usize {
-        self.best
-    }
-
-    /// The estimate's candidate, shape (side, side): warped to the template size, with unit norm.
-    #[getter]
-    fn candidate<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
-        Ok(square(self.side, self.candidate.clone())?.to_pyarray(py))
-    }
-
-    /// All templates after this frame, shape (templates, side, side), newest last.
-    #[getter]
-    fn templates<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<f32>>> {
-        let shape = (self.templates.len(), self.side, self.side);
-        let array = Array3::from_shape_vec(shape, self.templates.concat());
-        Ok(array.map_err(|error| PyValueError::new_err(error.to_string()))?.to_pyarray(py))
-    }
-
-    /// Former index of the template that this frame replaced; `None` if none was replaced.
-    #[getter]
-    fn replaced(&self) -> Option<usize> {
-        self.replaced
-    }
-
-    /// Occlusion mask of the new template, shape (side, side); `None` if no template was replaced.
-    ///
-    /// 1 is visible, 0 is hidden.
-    #[getter]
-    fn mask<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
-        if self.mask.is_empty() {
-            return Ok(None);
-        }
-        Ok(Some(square(self.side, self.mask.clone())?.to_pyarray(py)))
-    }
-
     fn __repr__(&self) -> String {
-        format!("<PaperObservation of {} particles, best {}>", self.particles.len(), self.best)
+        let particles = self.likelihoods.numbers.len();
+        format!("<PaperObservation of {particles} particles, best {}>", self.best)
     }
 }
 
 #[pymethods]
 impl RobustObservation {
-    /// Frames since the start.
-    #[getter]
-    fn frame(&self) -> u64 {
-        self.frame
-    }
-
-    /// How certain the memory is of the estimate: its response there over its mean on sure frames.
-    #[getter]
-    fn certainty(&self) -> f64 {
-        self.certainty
-    }
-
-    /// The memory's strongest response more than half the target's width or height away from the estimate.
-    ///
-    /// It is relative to the response at the estimate, from 0 to 2.
-    #[getter]
-    fn elsewhere(&self) -> f64 {
-        self.elsewhere
-    }
-
-    /// How sure the memory was when it had seen no more than the first sure frames.
-    ///
-    /// It is the response of what the memory was then, relative to its mean then.
-    #[getter]
-    fn early(&self) -> f64 {
-        self.early
-    }
-
-    /// How well colour tells the target from what is around it: from -1 through 0, not at all, to 1.
-    #[getter]
-    fn contrast(&self) -> f64 {
-        self.contrast
-    }
-
-    /// The visible share of the target, 0 to 1; 0 once the target is given up.
-    #[getter]
-    fn visible(&self) -> f64 {
-        self.visible
-    }
-
-    /// The running mean of the visible share over all frames, which the score counts.
-    #[getter]
-    fn mean_visible(&self) -> f64 {
-        self.mean_visible
-    }
-
-    /// The running mean of `elsewhere` over the last frames, which the score counts.
-    #[getter]
-    fn mean_elsewhere(&self) -> f64 {
-        self.mean_elsewhere
-    }
-
-    /// The running mean of `early` over the last frames, each from 0 to 1.5, which the score counts.
-    #[getter]
-    fn mean_early(&self) -> f64 {
-        self.mean_early
-    }
-
-    /// Number of cells on a side of the search window around the estimate.
-    #[getter]
-    fn side(&self) -> usize {
-        self.side
-    }
-
-    /// Side of a cell, in pixels of the frame.
-    #[getter]
-    fn cell(&self) -> f64 {
-        self.cell
-    }
-
-    /// The response of the tracking filter, shape (side, side).
-    ///
-    /// The entry [0, 0] is the centre of the estimate; entries further on are displacements down and to the
-    /// right, those beyond half the side up and to the left. `numpy.fft.fftshift` puts the centre into the
-    /// middle.
-    #[getter]
-    fn tracking_filter<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
-        Ok(square(self.side, self.tracking_filter.clone())?.to_pyarray(py))
-    }
-
-    /// The memory's response, shape (side, side), in the same order.
-    #[getter]
-    fn memory<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
-        Ok(square(self.side, self.memory.clone())?.to_pyarray(py))
-    }
-
     fn __repr__(&self) -> String {
         format!("<RobustObservation of frame {}, certainty {:.2}>", self.frame, self.certainty)
     }
@@ -317,40 +244,11 @@ impl RobustObservation {
 
 #[pymethods]
 impl NetworkObservation {
-    /// The score of each cell of the search window, 0 to 1, shape (cells, cells): the network's own; of
-    /// PatchNet, a weighted mean of the network's and its classifier's.
-    #[getter]
-    fn scores<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        Ok(square(self.cells, self.scores.clone())?.to_pyarray(py))
-    }
-
-    /// The logarithm of the odds that the network gives each cell, shape (cells, cells).
-    #[getter]
-    fn logits<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        Ok(square(self.cells, self.logits.clone())?.to_pyarray(py))
-    }
-
-    /// Row and column of the cell that was chosen.
-    #[getter]
-    fn chosen(&self) -> (usize, usize) {
-        (self.chosen / self.cells, self.chosen % self.cells)
-    }
-
-    /// The box `(x, y, w, h)` that the chosen cell saw, before its size was smoothed.
-    #[getter]
-    fn seen<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        box_tuple(py, &self.seen)
-    }
-
     fn __repr__(&self) -> String {
-        let score = self.scores.get(self.chosen).copied().unwrap_or_default();
-        format!("<NetworkObservation of {0} x {0} cells, score {score:.3}>", self.cells)
+        let (cells, (row, column)) = (self.scores.shape[0], self.chosen);
+        let score = self.scores.numbers.get(row * cells + column).copied().unwrap_or_default();
+        format!("<NetworkObservation of {cells} x {cells} cells, score {score:.3}>")
     }
-}
-
-fn square<T>(side: usize, samples: Vec<T>) -> PyResult<Array2<T>> {
-    Array2::from_shape_vec((side, side), samples)
-        .map_err(|error| PyValueError::new_err(error.to_string()))
 }
 
 #[pymethods]
@@ -360,22 +258,14 @@ impl CommitteeObservation {
     /// These have no visibility, and their frame is 0.
     #[getter]
     fn estimates<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let estimates = PyDict::new(py);
-        for (member, _) in &self.members {
-            let estimate = Estimate::from_rust(member.estimate.clone(), 0, 0.0);
-            estimates.set_item(member.name, estimate)?;
-        }
-        Ok(estimates)
+        let estimate = |member: &MemberView| Estimate::from_rust(member.estimate.clone(), 0, 0.0);
+        self.members.iter().map(|(member, _)| (member.name, estimate(member))).into_py_dict(py)
     }
 
     /// The observation of each member by its name: a `RobustObservation` and a `NetworkObservation`.
     #[getter]
     fn observations<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let observations = PyDict::new(py);
-        for (member, seen) in &self.members {
-            observations.set_item(member.name, seen)?;
-        }
-        Ok(observations)
+        self.members.iter().map(|(member, seen)| (member.name, seen)).into_py_dict(py)
     }
 
     /// The logarithm of the odds that the other members give the box of each member, by its name.
@@ -383,11 +273,7 @@ impl CommitteeObservation {
     /// `None` where they agree with it or judge no boxes but their own.
     #[getter]
     fn judgements<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let judgements = PyDict::new(py);
-        for (member, _) in &self.members {
-            judgements.set_item(member.name, member.judgement)?;
-        }
-        Ok(judgements)
+        self.members.iter().map(|(member, _)| (member.name, member.judgement)).into_py_dict(py)
     }
 
     /// The names of the members whose boxes make the box of the estimate.
@@ -395,12 +281,6 @@ impl CommitteeObservation {
     fn believed(&self) -> Vec<&'static str> {
         let believed = self.members.iter().filter(|(member, _)| member.is_believed);
         believed.map(|(member, _)| member.name).collect()
-    }
-
-    /// Whether the members agree on the place.
-    #[getter]
-    fn agrees(&self) -> bool {
-        self.agrees
     }
 
     fn __repr__(&self) -> String {

@@ -4,10 +4,12 @@
 use numpy::{
     Element, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArray, PyUntypedArrayMethods,
 };
-use patchlock::{Error, Frame};
+use patchlock::Frame;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::intern;
 use pyo3::prelude::*;
+
+use crate::errors;
 
 const EXPECTED: &str = "a frame is a numpy array of shape (height, width) or (height, width, 3) \
                         and type uint8, uint16 or float32, or a PIL image";
@@ -122,8 +124,7 @@ impl<'py> Pixels<'py> {
             (Memory::F32(array), 1) => Frame::grey32f(self.part(array)?, width, height),
             (Memory::F32(array), _) => Frame::rgb32f(self.part(array)?, width, height),
         };
-        let frame = frame.and_then(|frame| frame.with_stride(stride));
-        let frame = frame.map_err(|error: Error| PyValueError::new_err(error.to_string()))?;
+        let frame = frame.and_then(|frame| frame.with_stride(stride)).map_err(errors::of_value)?;
         Ok(if self.bgr { frame.bgr() } else { frame })
     }
 

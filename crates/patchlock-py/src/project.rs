@@ -14,7 +14,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::advice;
-use crate::estimate::{Estimate, box_tuple, numbers, to_box};
+use crate::estimate::{BoxTuple, Estimate, numbers, to_box};
 use crate::export::{Statuses, choice, warn, warn_of};
 
 /// The annotations of a video, in a file as `patchlock studio` writes it.
@@ -130,7 +130,7 @@ impl Project {
         let all = PyDict::new(py);
         for (frame, key) in &self.target(target)?.keys {
             let one = PyDict::new(py);
-            one.set_item("box", box_tuple(py, &key.bbox)?)?;
+            one.set_item("box", BoxTuple(key.bbox))?;
             one.set_item("occluded", key.occluded)?;
             one.set_item("truncated", key.truncated)?;
             if let Some(Outline(points)) = &key.outline {
@@ -150,7 +150,7 @@ impl Project {
         let all = PyDict::new(py);
         for (frame, tracked) in &self.target(target)?.tracked {
             let one = PyDict::new(py);
-            one.set_item("box", box_tuple(py, &tracked.bbox)?)?;
+            one.set_item("box", BoxTuple(tracked.bbox))?;
             one.set_item("score", tracked.score)?;
             one.set_item("status", tracked.status.name())?;
             one.set_item("visible", tracked.visible)?;
@@ -161,17 +161,11 @@ impl Project {
     }
 
     /// All boxes of a target by frame, drawn or tracked, without those where it is lost.
-    fn boxes<'py>(&self, py: Python<'py>, target: u64) -> PyResult<Bound<'py, PyDict>> {
+    fn boxes(&self, target: u64) -> PyResult<BTreeMap<usize, BoxTuple>> {
         let target = self.target(target)?;
-        let all = PyDict::new(py);
-        let frames: std::collections::BTreeSet<_> =
-            target.keys.keys().chain(target.tracked.keys()).collect();
-        for frame in frames {
-            if let Some(bbox) = target.box_at(*frame) {
-                all.set_item(frame, box_tuple(py, &bbox)?)?;
-            }
-        }
-        Ok(all)
+        let frames = target.keys.keys().chain(target.tracked.keys());
+        let boxes = frames.filter_map(|&frame| Some((frame, BoxTuple(target.box_at(frame)?))));
+        Ok(boxes.collect())
     }
 
     /// First and last frame of each stretch in which a target is not visible.

@@ -1,10 +1,11 @@
 //! The Python class `Scene`: rendered videos with known truth, to try the tracker without any files.
 
-use numpy::{IntoPyArray, PyArray3, ndarray::Array3};
+use numpy::PyArray3;
 use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
 
-use crate::estimate;
+use crate::arrays;
+use crate::estimate::BoxTuple;
 
 /// A short rendered video whose true boxes are known.
 ///
@@ -50,14 +51,12 @@ impl Scene {
     ) -> PyResult<Bound<'py, PyArray3<u8>>> {
         let k = self.place(index)?;
         let frame = py.detach(|| self.inner.frame(k));
-        let array = Array3::from_shape_vec((frame.height, frame.width, 3), frame.rgb);
-        let array = array.map_err(|error| PyValueError::new_err(error.to_string()))?;
-        Ok(array.into_pyarray(py))
+        arrays::owning(py, (frame.height, frame.width, 3), frame.rgb)
     }
 
     /// The target's true box in a frame.
-    fn truth<'py>(&self, py: Python<'py>, index: isize) -> PyResult<Bound<'py, PyAny>> {
-        estimate::box_tuple(py, &self.inner.truth(self.place(index)?).bbox.into())
+    fn truth(&self, index: isize) -> PyResult<BoxTuple> {
+        Ok(BoxTuple(self.inner.truth(self.place(index)?).bbox.into()))
     }
 
     /// Share of the target that is hidden in a frame, 0 to 1.

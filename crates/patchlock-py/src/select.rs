@@ -6,9 +6,10 @@ use patchlock::BoundingBox;
 use patchlock_media::Picture;
 use patchlock_studio::server::window::{Answer, Window, WindowOptions};
 use patchlock_studio::server::{AllowedHost, AllowedHosts};
-use pyo3::exceptions::{PyOSError, PyRuntimeError, PyValueError};
+use pyo3::exceptions::{PyOSError, PyRuntimeError};
 use pyo3::prelude::*;
 
+use crate::errors;
 use crate::pixels::{Channels, Pixels};
 
 /// Serves a page with the frame until a person has drawn a box there. `host` is the host of the
@@ -29,8 +30,7 @@ pub fn select_boxes(
     let (width, height) = pixels.size()?;
     let picture = Picture::rgb(width, height, pixels.to_rgb()?);
     let cannot = |error: patchlock_studio::server::Error| PyOSError::new_err(error.to_string());
-    let allowed = host.map(str::parse::<AllowedHost>).transpose();
-    let allowed = allowed.map_err(|error| PyValueError::new_err(error.to_string()))?;
+    let allowed = host.map(str::parse::<AllowedHost>).transpose().map_err(errors::of_value)?;
     let advice = "give select_box the address at which you read the page: address=\"...\"";
     let hosts = AllowedHosts { allowed: allowed.into_iter().collect(), advice };
     let options = WindowOptions { port, hosts, in_notebook };

@@ -7,8 +7,6 @@ use std::process;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use numpy::ndarray::{Array2, Array3};
-use numpy::{Element, IntoPyArray};
 use patchlock_media::live::{Address, LiveSource, Options};
 use patchlock_media::{
     Error, Feed, Limits, NextFrame, Order, Picture, Pixels, Prefetcher, open_within,
@@ -19,7 +17,7 @@ use pyo3::exceptions::{
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyInt};
 
-use crate::errors;
+use crate::{arrays, errors};
 
 /// Iterates over the frames of a source with their numbers, decoding ahead on a thread. Of a live source,
 /// each step gives the newest frame.
@@ -51,7 +49,11 @@ pub struct Frames {
     feed: Mutex<Feed>,
     /// The process that has the thread that decodes.
     process: u32,
+    /// Number of frames in the range; `None` if it is not known in advance.
+    #[pyo3(get)]
     count: Option<usize>,
+    /// Frames per second of the source; `None` if the source does not say, or is live.
+    #[pyo3(get)]
     rate: Option<f64>,
     /// When the latest frame is shown.
     time: Mutex<Option<f64>>,
@@ -109,22 +111,10 @@ impl Frames {
         })
     }
 
-    /// Number of frames in the range; `None` if it is not known in advance.
-    #[getter]
-    fn count(&self) -> Option<usize> {
-        self.count
-    }
-
     /// Frames of a live source that were left out so far because a newer one had come; 0 for others.
     #[getter]
     fn dropped(&self) -> usize {
         self.feed().dropped().unwrap_or(0)
-    }
-
-    /// Frames per second of the source; `None` if the source does not say, or is live.
-    #[getter]
-    fn rate(&self) -> Option<f64> {
-        self.rate
     }
 
     /// When the latest frame is shown, in seconds from the first frame of the source; `None` before the first
@@ -219,22 +209,9 @@ fn is_missing(source: &Path) -> bool {
 /// The pixels as an array of shape (height, width) or (height, width, 3).
 fn to_array(py: Python<'_>, picture: Picture) -> PyResult<Bound<'_, PyAny>> {
     let (width, height) = (picture.width, picture.height);
-    match picture.pixels {
-        Pixels::Grey8(samples) => grey(py, samples, width, height),
-        Pixels::Grey16(samples) => grey(py, samples, width, height),
-        Pixels::Rgb8(samples) => Array3::from_shape_vec((height, width, 3), samples)
-            .map(|array| array.into_pyarray(py).into_any())
-            .map_err(|error| PyValueError::new_err(error.to_string())),
-    }
-}
-
-fn grey<T: Element>(
-    py: Python<'_>,
-    samples: Vec<T>,
-    width: usize,
-    height: usize,
-) -> PyResult<Bound<'_, PyAny>> {
-    Array2::from_shape_vec((height, width), samples)
-        .map(|array| array.into_pyarray(py).into_any())
-        .map_err(|error| PyValueError::new_err(error.to_string()))
+    Ok(match picture.pixels {
+        Pixels::Grey8(samples) => arrays::owning(py, (height, width), samples)?.into_any(),
+        Pixels::Grey16(samples) => arrays::owning(py, (height, width), samples)?.into_any(),
+        Pixels::Rgb8(samples) => arrays::owning(py, (height, width, 3), samples)?.into_any(),
+    })
 }

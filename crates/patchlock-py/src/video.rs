@@ -14,6 +14,7 @@ use pyo3::exceptions::{PyOSError, PyRuntimeError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyMapping, PyTuple};
 
+use crate::errors;
 use crate::estimate::Estimate;
 use crate::pixels::{Channels, Pixels};
 
@@ -228,9 +229,9 @@ fn target_results(estimates: &Bound<'_, PyAny>) -> PyResult<Vec<(usize, TargetRe
         return Ok(vec![result(None, estimate)]);
     }
     let expected = || {
-        let shown = estimates.repr().map_or("this".to_owned(), |text| text.to_string());
         PyTypeError::new_err(format!(
-            "estimates is an Estimate, or a dictionary of an Estimate for each id; not {shown}"
+            "estimates is an Estimate, or a dictionary of an Estimate for each id; not {}",
+            errors::shown(estimates)
         ))
     };
     let mapping = estimates.cast::<PyMapping>().map_err(|_| expected())?;

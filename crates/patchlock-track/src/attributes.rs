@@ -19,11 +19,12 @@ pub const RESERVED: [&str; 6] =
 
 /// An attribute that a label declares for its targets.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Form", into = "Form")]
+#[serde(try_from = "Form")]
 pub struct Attribute {
     /// Its name, unique in its label.
     pub name: String,
     /// Which values there are.
+    #[serde(flatten)]
     pub kind: Kind,
     /// The value where nobody has said another one.
     pub default: String,
@@ -32,7 +33,8 @@ pub struct Attribute {
 }
 
 /// The values of an attribute.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(tag = "kind", rename_all = "lowercase")]
 pub enum Kind {
     /// `true` or `false`.
     Checkbox,
@@ -221,28 +223,23 @@ pub fn check(attributes: &[Attribute]) -> Result<(), String> {
     Ok(())
 }
 
-/// An attribute in JSON. Members that belong to another kind are refused.
-#[derive(Serialize, Deserialize)]
+/// An attribute as JSON has it. Members that belong to another kind are refused.
+#[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Form {
     name: String,
     kind: KindName,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     values: Option<Vec<String>>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     min: Option<f64>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     max: Option<f64>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     step: Option<f64>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     length: Option<usize>,
     default: Option<String>,
     #[serde(default)]
     mutable: bool,
 }
 
-#[derive(Clone, Copy, Serialize, Deserialize)]
+#[derive(Clone, Copy, Deserialize)]
 #[serde(rename_all = "lowercase")]
 enum KindName {
     Checkbox,
@@ -282,31 +279,6 @@ impl TryFrom<Form> for Attribute {
         };
         let default = default.unwrap_or_else(|| kind.first_value());
         Ok(Self { name, kind, default, mutable })
-    }
-}
-
-impl From<Attribute> for Form {
-    fn from(attribute: Attribute) -> Self {
-        let Attribute { name, kind, default, mutable } = attribute;
-        let of = |kind| Self {
-            name,
-            kind,
-            values: None,
-            min: None,
-            max: None,
-            step: None,
-            length: None,
-            default: Some(default),
-            mutable,
-        };
-        match kind {
-            Kind::Checkbox => of(KindName::Checkbox),
-            Kind::Select { values } => Self { values: Some(values), ..of(KindName::Select) },
-            Kind::Number { min, max, step } => {
-                Self { min: Some(min), max: Some(max), step: Some(step), ..of(KindName::Number) }
-            }
-            Kind::Text { length } => Self { length: Some(length), ..of(KindName::Text) },
-        }
     }
 }
 

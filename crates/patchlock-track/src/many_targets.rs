@@ -96,40 +96,36 @@ impl ManyTargets {
         begin: &[(u64, BoundingBox)],
     ) -> Result<(Vec<TrackedTarget>, f64), Error> {
         let Self { tracker, pool, ids } = self;
-        timed_on(pool, || step(tracker, ids, frame, begin))
-    }
-}
-
-fn step(
-    tracker: &mut MultiTracker,
-    ids: &mut Vec<(u64, TargetId)>,
-    frame: &Frame<'_>,
-    begin: &[(u64, BoundingBox)],
-) -> Result<Vec<TrackedTarget>, Error> {
-    let mut tracked: Vec<TrackedTarget> = Vec::new();
-    let mut add =
-        |target: TrackedTarget| match tracked.binary_search_by_key(&target.id, |known| known.id) {
-            Ok(k) => tracked[k] = target,
-            Err(k) => tracked.insert(k, target),
-        };
-    if !ids.is_empty() {
-        // Both are in the order in which the targets were added.
-        for (&(id, _), TargetEstimate { estimate, .. }) in ids.iter().zip(tracker.update(frame)?) {
-            let estimate = estimate.clone();
-            add(TrackedTarget { id, bbox: estimate.bbox, estimate });
-        }
-    }
-    for &(id, bbox) in begin {
-        let known = ids.iter().find(|(known, _)| *known == id);
-        let estimate = match known {
-            Some((_, target)) => tracker.restart(*target, frame, bbox)?.clone(),
-            None => {
-                let added = tracker.add(frame, bbox)?;
-                ids.push((id, added.id));
-                added.estimate.clone()
+        timed_on(pool, || {
+            let mut tracked: Vec<TrackedTarget> = Vec::new();
+            let mut add = |target: TrackedTarget| match tracked
+                .binary_search_by_key(&target.id, |known| known.id)
+            {
+                Ok(k) => tracked[k] = target,
+                Err(k) => tracked.insert(k, target),
+            };
+            if !ids.is_empty() {
+                // Both are in the order in which the targets were added.
+                for (&(id, _), TargetEstimate { estimate, .. }) in
+                    ids.iter().zip(tracker.update(frame)?)
+                {
+                    let estimate = estimate.clone();
+                    add(TrackedTarget { id, bbox: estimate.bbox, estimate });
+                }
             }
-        };
-        add(TrackedTarget { id, bbox, estimate });
+            for &(id, bbox) in begin {
+                let known = ids.iter().find(|(known, _)| *known == id);
+                let estimate = match known {
+                    Some((_, target)) => tracker.restart(*target, frame, bbox)?.clone(),
+                    None => {
+                        let added = tracker.add(frame, bbox)?;
+                        ids.push((id, added.id));
+                        added.estimate.clone()
+                    }
+                };
+                add(TrackedTarget { id, bbox, estimate });
+            }
+            Ok(tracked)
+        })
     }
-    Ok(tracked)
 }

@@ -95,10 +95,7 @@ impl ModelError {
 }
 
 /// The ONNX files of a model: a file itself, or all of a folder, by name.
-///
-/// # Errors
-/// [`ModelError::Unreadable`] or [`ModelError::NoFiles`].
-pub fn files(path: &Path) -> Result<Vec<PathBuf>, ModelError> {
+fn files(path: &Path) -> Result<Vec<PathBuf>, ModelError> {
     let unreadable = |reason| ModelError::Unreadable { path: path.to_path_buf(), reason };
     if !path.is_dir() {
         return Ok(vec![path.to_path_buf()]);
@@ -106,7 +103,7 @@ pub fn files(path: &Path) -> Result<Vec<PathBuf>, ModelError> {
     let mut files = Vec::new();
     for entry in path.read_dir().map_err(unreadable)? {
         let file = entry.map_err(unreadable)?.path();
-        if file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("onnx")) {
+        if crate::files::ends_with(&file, "onnx") {
             files.push(file);
         }
     }
@@ -118,10 +115,7 @@ pub fn files(path: &Path) -> Result<Vec<PathBuf>, ModelError> {
 }
 
 /// The bytes of a file of a model.
-///
-/// # Errors
-/// [`ModelError::Unreadable`]; [`ModelError::Unusable`] if it is too large.
-pub fn read(path: &Path) -> Result<Vec<u8>, ModelError> {
+fn read(path: &Path) -> Result<Vec<u8>, ModelError> {
     let unreadable = |reason| ModelError::Unreadable { path: path.to_path_buf(), reason };
     let size = std::fs::metadata(path).map_err(unreadable)?.len();
     if size > MAX_BYTES {
@@ -138,7 +132,8 @@ pub type NamedFile = (PathBuf, Cow<'static, [u8]>);
 /// The ONNX files of a model, or of [`PATCHNET`].
 ///
 /// # Errors
-/// As [`files`] and [`read`].
+/// [`ModelError::Unreadable`]; [`ModelError::NoFiles`]; [`ModelError::Unusable`] if a file is too
+/// large.
 pub fn contents(path: &Path) -> Result<Vec<NamedFile>, ModelError> {
     if path == Path::new(PATCHNET) {
         let names = ["patchnet_backbone.onnx", "patchnet_head.onnx"].map(PathBuf::from);
@@ -151,7 +146,7 @@ pub fn contents(path: &Path) -> Result<Vec<NamedFile>, ModelError> {
 /// What a file is.
 ///
 /// # Errors
-/// As [`read`], and [`ModelError::Unusable`].
+/// [`ModelError::Unreadable`] or [`ModelError::Unusable`].
 pub fn examine(path: &Path) -> Result<ModelFile, ModelError> {
     let unusable = |error| ModelError::Unusable { path: path.to_path_buf(), error };
     ModelFile::examine(&read(path)?).map_err(unusable)
@@ -165,17 +160,31 @@ pub fn examine(path: &Path) -> Result<ModelFile, ModelError> {
 pub fn load(path: &Path, runtime: Option<&Path>) -> Result<Network, ModelError> {
     let contents = contents(path)?;
     let bytes: Vec<&[u8]> = contents.iter().map(|(_, bytes)| &**bytes).collect();
-    let runtime = match runtime {
-        None => Runtime::built_in(),
-        Some(library) => Runtime::onnxruntime(library).map_err(ModelError::Runtime)?,
-    };
-    Network::with_runtime(&bytes, &runtime).map_err(|error| {
+    Network::with_runtime(&bytes, &self::runtime(runtime)?).map_err(|error| {
         // The file, if one is unusable by itself; otherwise the files do not fit together.
         let mut alone = contents.iter().map(|(file, bytes)| (file, bytes));
         let faulty = alone.find_map(|(file, bytes)| Some((file, ModelFile::examine(bytes).err()?)));
         let (path, error) = faulty.map_or((path, error), |(file, error)| (file, error));
         ModelError::Unusable { path: path.to_path_buf(), error }
     })
+}
+
+/// The built-in runtime, or the one of this library of onnxruntime.
+///
+/// # Errors
+/// [`ModelError::Runtime`] if the library cannot be used.
+pub fn runtime(library: Option<&Path>) -> Result<Runtime, ModelError> {
+    library
+        .map_or_else(|| Ok(Runtime::built_in()), Runtime::onnxruntime)
+        .map_err(ModelError::Runtime)
+}
+
+/// The same path, independent of the working directory. A word for a network stays as it is.
+///
+/// # Errors
+/// The working directory is unknown.
+pub fn absolute(path: &Path) -> io::Result<PathBuf> {
+    if is_word(path) { Ok(path.to_path_buf()) } else { std::path::absolute(path) }
 }
 
 /// Whether a text is a word for a network, not a path.
@@ -229,18 +238,14 @@ impl ModelPaths {
     /// # Errors
     /// [`ModelError::Unreadable`] if the working directory is unknown.
     pub fn absolute(&self) -> Result<Self, ModelError> {
-        let absolute = |path: &Option<PathBuf>| {
-            let path = path.as_deref().map(|path| {
-                if is_word(path) {
-                    return Ok(path.to_path_buf());
-                }
-                let unreadable =
-                    |reason| ModelError::Unreadable { path: path.to_path_buf(), reason };
-                std::path::absolute(path).map_err(unreadable)
-            });
-            path.transpose()
+        let full = |path: &PathBuf| {
+            absolute(path).map_err(|reason| ModelError::Unreadable { path: path.clone(), reason })
         };
-        Ok(Self { model: absolute(&self.model)?, runtime: absolute(&self.runtime)? })
+        let Self { model, runtime } = self;
+        Ok(Self {
+            model: model.as_ref().map(full).transpose()?,
+            runtime: runtime.as_ref().map(full).transpose()?,
+        })
     }
 }
 

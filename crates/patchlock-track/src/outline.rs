@@ -6,6 +6,8 @@ use std::str::FromStr;
 use patchlock::BoundingBox;
 use serde::{Deserialize, Serialize};
 
+use crate::text;
+
 /// A point, in pixels. Pixel `k` is from `k` to `k + 1`, as with the sides of a box.
 pub type Point = [f64; 2];
 
@@ -32,11 +34,7 @@ impl Outline {
 
     /// The upright box around it.
     pub fn bounds(&self) -> BoundingBox {
-        let [(left, right), (top, bottom)] = [0, 1].map(|axis| {
-            let values = || self.0.iter().map(|point| point[axis]);
-            (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max))
-        });
-        BoundingBox { x: left, y: top, w: right - left, h: bottom - top }
+        text::bounding_box(self.0.as_flattened(), 0.0)
     }
 
     /// Its area, by the shoelace formula.
@@ -55,7 +53,7 @@ impl Outline {
         if !(3..=MOST_POINTS).contains(&count) {
             return Err(format!("the outline has {count} points; allowed: 3 to {MOST_POINTS}"));
         }
-        self.0.iter().flatten().try_for_each(|&value| crate::text::coordinate(value))?;
+        self.0.iter().flatten().try_for_each(|&value| text::coordinate(value))?;
         match self.area() {
             area if area >= 1.0 => Ok(()),
             area => Err(format!("the outline has an area of {area} pixels; allowed: 1 or more")),

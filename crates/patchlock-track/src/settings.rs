@@ -105,8 +105,8 @@ impl SettingsError {
             Self::ManyMethods { .. } => "keep the table of one method",
             Self::Model(error) => return error.advice(),
             Self::Setting { error: Error::UnknownSetting { name }, .. } => {
-                let near = Some(near_names(name)).filter(|near| !near.is_empty())?;
-                return Some(format!("did you mean {}?", near.join(" or ")));
+                let near = near_matches(name, PARAMETERS.iter().map(|parameter| parameter.name));
+                return (!near.is_empty()).then(|| format!("did you mean {}?", near.join(" or ")));
             }
             Self::Unreadable { .. } | Self::Assignment { .. } | Self::Setting { .. } => {
                 return None;
@@ -114,11 +114,6 @@ impl SettingsError {
         };
         Some(advice.to_string())
     }
-}
-
-/// The names of settings that are similar to this one.
-pub fn near_names(name: &str) -> Vec<&'static str> {
-    near_matches(name, PARAMETERS.iter().map(|parameter| parameter.name))
 }
 
 /// The configuration of the preset with this name.
@@ -153,16 +148,6 @@ pub struct Overrides<'a> {
     pub runtime: Option<&'a Path>,
 }
 
-/// The configuration of a preset with the settings of a file applied, without a network, and the
-/// files of the network that the settings file names.
-///
-/// # Errors
-/// [`SettingsError`] if the preset is unknown, the file cannot be read or is invalid, or a setting
-/// is unknown, has no effect with the method, or is out of range.
-pub fn from_file(name: &str, file: &Path) -> Result<(TrackerConfig, ModelPaths), SettingsError> {
-    with_file(preset(name)?, file)
-}
-
 /// The configuration of a preset, with the settings of a file and then the overrides applied, and
 /// with the network that the method needs.
 ///
@@ -186,11 +171,10 @@ pub fn resolve_with_paths(
     file: Option<&Path>,
     overrides: Overrides<'_>,
 ) -> Result<(TrackerConfig, ModelPaths), SettingsError> {
-    let mut config = preset(name)?;
-    let mut paths = ModelPaths::default();
-    if let Some(file) = file {
-        (config, paths) = with_file(config, file)?;
-    }
+    let (mut config, paths) = match file {
+        Some(file) => from_file(name, file)?,
+        None => (preset(name)?, ModelPaths::default()),
+    };
     let invalid = |error| SettingsError::Setting { origin: Origin::Single, error };
     for given in overrides.set {
         let (name, value) = assignment(given)?;
@@ -238,14 +222,19 @@ fn short_name(name: &str) -> &str {
     }
 }
 
-/// The configuration with the settings of a file. The table of a method chooses that method;
-/// settings outside of tables are those of the method in use, since no two settings have the same
-/// name. The files of a network are relative to the file that names them.
-fn with_file(
-    mut config: TrackerConfig,
-    file: &Path,
-) -> Result<(TrackerConfig, ModelPaths), SettingsError> {
+/// The configuration of a preset with the settings of a file applied, without a network, and the
+/// files of the network that the settings file names, relative to the file. The table of a method
+/// chooses that method; settings outside of tables are those of the method in use, since no two
+/// settings have the same name.
+///
+/// # Errors
+/// [`SettingsError`] if the preset is unknown, the file cannot be read or is invalid, or a setting
+/// is unknown, has no effect with the method, or is out of range.
+pub fn from_file(name: &str, file: &Path) -> Result<(TrackerConfig, ModelPaths), SettingsError> {
+    let mut config = preset(name)?;
     let mut settings = read(file)?;
+    let invalid =
+        |error| SettingsError::Setting { origin: Origin::File(file.to_path_buf()), error };
     let mut path = |name: &'static str| match settings.remove(name) {
         Some(toml::Value::String(path)) if models::is_word(Path::new(&path)) => {
             Ok(Some(path.into()))
@@ -253,8 +242,7 @@ fn with_file(
         Some(toml::Value::String(path)) => Ok(Some(file.with_file_name("").join(path))),
         Some(other) => {
             let value = other.to_string();
-            let error = Error::SettingKind { name, value, kind: Kind::Word };
-            Err(SettingsError::Setting { origin: Origin::File(file.to_path_buf()), error })
+            Err(invalid(Error::SettingKind { name, value, kind: Kind::Word }))
         }
         None => Ok(None),
     };
@@ -273,24 +261,16 @@ fn with_file(
         let methods = tables.into_iter().map(|(name, _)| name).collect();
         return Err(SettingsError::ManyMethods { file: file.to_path_buf(), methods });
     }
-    let table = tables.pop();
-    let invalid =
-        |error| SettingsError::Setting { origin: Origin::File(file.to_path_buf()), error };
-    if let Some((method, table)) = table {
+    if let Some((method, table)) = tables.pop() {
         if method != config.method.name() {
             config = first_of(method, &config);
         }
         for (name, value) in table {
-            match value {
-                toml::Value::Table(patches) if name == "patches" => {
-                    apply(&mut config, patches).map_err(invalid)?;
-                }
-                value => {
-                    let mut one = toml::Table::new();
-                    one.insert(name, value);
-                    apply(&mut config, one).map_err(invalid)?;
-                }
-            }
+            let applied = match value {
+                toml::Value::Table(patches) if name == "patches" => apply(&mut config, patches),
+                value => config.set(&name, to_value(&value)),
+            };
+            applied.map_err(invalid)?;
         }
     }
     apply(&mut config, settings).map_err(invalid)?;

@@ -32,20 +32,14 @@ pub struct Table {
 pub fn read(path: &Path) -> Result<Table, Error> {
     let bytes = files::read(path).map_err(|error| Error::read(path, error))?;
     let (text, notes) = decode(&bytes);
-    let mut rows = Vec::new();
-    for (k, line) in text.trim_end().lines().enumerate() {
-        rows.push(numbers(line).map_err(|reason| Error::Line {
-            path: path.to_path_buf(),
-            line: k + 1,
-            reason,
-        })?);
-    }
-    Ok(Table { rows, notes })
+    let lines = text.trim_end().lines().enumerate();
+    let row = |(k, line)| numbers(line).map_err(|reason| Error::line(path, k + 1, reason));
+    Ok(Table { rows: lines.map(row).collect::<Result<_, _>>()?, notes })
 }
 
 /// Decodes a text in any supported encoding. Also returns what is unusual about it.
 pub fn decode(bytes: &[u8]) -> (String, Vec<String>) {
-    let mut notes = Vec::new();
+    let narrow = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
     let wide = |bytes: &[u8], unit: fn([u8; 2]) -> u16| {
         let units: Vec<u16> = bytes.chunks_exact(2).map(|pair| unit([pair[0], pair[1]])).collect();
         String::from_utf16_lossy(&units)
@@ -54,30 +48,21 @@ pub fn decode(bytes: &[u8]) -> (String, Vec<String>) {
     let zeros_at = |offset: usize| {
         bytes.len() > 3 && bytes.iter().skip(offset).step_by(2).all(|&byte| byte == 0)
     };
-    let mut note = |text: &str| notes.push(text.to_string());
-    let text = if let Some(rest) = bytes.strip_prefix(&[0xef, 0xbb, 0xbf]) {
-        note("starts with a byte-order mark");
-        String::from_utf8_lossy(rest).into_owned()
-    } else if let Some(rest) = bytes.strip_prefix(&[0xff, 0xfe]) {
-        note("is in UTF-16");
-        wide(rest, u16::from_le_bytes)
-    } else if let Some(rest) = bytes.strip_prefix(&[0xfe, 0xff]) {
-        note("is in UTF-16");
-        wide(rest, u16::from_be_bytes)
-    } else if zeros_at(1) {
-        note("is in UTF-16 without a byte-order mark");
-        wide(bytes, u16::from_le_bytes)
-    } else if zeros_at(0) {
-        note("is in UTF-16 without a byte-order mark");
-        wide(bytes, u16::from_be_bytes)
-    } else {
-        String::from_utf8_lossy(bytes).into_owned()
+    const UNMARKED: &str = "is in UTF-16 without a byte-order mark";
+    let (note, text) = match bytes {
+        [0xef, 0xbb, 0xbf, rest @ ..] => (Some("starts with a byte-order mark"), narrow(rest)),
+        [0xff, 0xfe, rest @ ..] => (Some("is in UTF-16"), wide(rest, u16::from_le_bytes)),
+        [0xfe, 0xff, rest @ ..] => (Some("is in UTF-16"), wide(rest, u16::from_be_bytes)),
+        _ if zeros_at(1) => (Some(UNMARKED), wide(bytes, u16::from_le_bytes)),
+        _ if zeros_at(0) => (Some(UNMARKED), wide(bytes, u16::from_be_bytes)),
+        _ => (None, narrow(bytes)),
     };
+    let mut notes: Vec<String> = note.into_iter().map(str::to_owned).collect();
     // Classic Mac OS ended lines with a lone carriage return.
     if text.contains('\r') {
         let text = text.replace("\r\n", "\n");
         if text.contains('\r') {
-            note("ends lines with a carriage return only");
+            notes.push("ends lines with a carriage return only".to_owned());
         }
         return (text.replace('\r', "\n"), notes);
     }

@@ -167,7 +167,7 @@ pub fn write_texts(
         Item::text(Path::new(folder).join(format!("{name}.{ending}")), text.clone())
     };
     let items: Vec<Item> = clips.iter().map(item).collect();
-    output::write_folder(out, vec![(items, Reader::of_nothing())], stopped)?;
+    output::write_folder(out, vec![(items, Reader::default())], stopped)?;
     Ok(clips.len())
 }
 
@@ -197,9 +197,9 @@ fn of_clip(clip: &Clip, options: &Options) -> Options {
 }
 
 /// The files of each clip. What belongs to no clip comes with the first one.
-fn files(jobs: &[Job<'_>], options: &Options) -> Result<Vec<Vec<Item>>, Error> {
-    if let Some(set) = options.format.set {
-        return set(&options.name, jobs);
+pub(super) fn files(jobs: &[Job<'_>], options: &Options) -> Result<Vec<Vec<Item>>, Error> {
+    if let Some(folder) = options.format.folder {
+        return folder.files(&options.name, jobs);
     }
     let Some((ending, text)) = options.format.file else { return Ok(Vec::new()) };
     let file = |job: &Job<'_>| {

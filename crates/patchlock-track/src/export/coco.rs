@@ -7,10 +7,9 @@
 
 use std::path::Path;
 
-use patchlock::BoundingBox;
 use serde_json::{Value, json};
 
-use super::format::{ImageUse, Purpose};
+use super::format::{Folder, ImageUse, Purpose};
 use super::track::Entry;
 use super::{Format, Item, Job, Part, round};
 use crate::Error;
@@ -26,27 +25,25 @@ pub const FORMAT: Format = Format {
     purpose: Purpose::Training,
     images: ImageUse::Named,
     file: Some(("json", |job| Ok(text(job.name, &[job])))),
-    set: Some(set),
+    folder: Some(Folder { clip: images, common: annotations }),
     ..Format::BASE
 };
 
-/// The files of the clips: annotations for each part, and the images where readers look for them.
-fn set(name: &str, jobs: &[Job<'_>]) -> Result<Vec<Vec<Item>>, Error> {
-    let images = |job: &Job<'_>| {
-        let folder = Path::new("images").join(job.part.name());
-        let frames = job.track.frames().into_iter();
-        frames.filter_map(|frame| job.frames.copy(frame, folder.join(job.image(frame)))).collect()
-    };
-    let mut clips: Vec<Vec<Item>> = jobs.iter().map(images).collect();
-    let annotations = |part: Part| {
+/// The images of a clip, where readers look for them.
+fn images(job: &Job<'_>) -> Result<Vec<Item>, Error> {
+    let folder = Path::new("images").join(job.part.name());
+    let frames = job.track.frames().into_iter();
+    Ok(frames.filter_map(|frame| job.frames.copy(frame, folder.join(job.image(frame)))).collect())
+}
+
+/// The annotations of each part that has a clip.
+fn annotations(name: &str, jobs: &[Job<'_>]) -> Vec<Item> {
+    let of_part = |part: Part| {
         let jobs: Vec<&Job<'_>> = jobs.iter().filter(|job| job.part == part).collect();
         let path = format!("annotations/instances_{}.json", part.name());
         (!jobs.is_empty()).then(|| Item::text(path, text(name, &jobs)))
     };
-    if let Some(first) = clips.first_mut() {
-        first.extend([Part::Train, Part::Val].into_iter().filter_map(annotations));
-    }
-    Ok(clips)
+    [Part::Train, Part::Val].into_iter().filter_map(of_part).collect()
 }
 
 /// The contents of the file, for these clips, which have the same labels.
@@ -94,15 +91,26 @@ impl Lists {
             })
         }));
         for (entry, bbox) in job.track.entries().iter().filter_map(|it| Some((it, it.bbox?))) {
-            let ids = Ids {
-                annotation: self.annotations.len() + 1,
-                image: images_before + frames.partition_point(|&frame| frame < entry.frame) + 1,
-                video,
-                category: job.class(entry.id) + 1,
-                track: tracks_before + entry.id,
-            };
-            let mut one = annotation(&ids, entry, bbox, job.outline(entry).as_ref());
-            add_values(&mut one["attributes"], job, entry);
+            let image = images_before + frames.partition_point(|&frame| frame < entry.frame) + 1;
+            let track = tracks_before + entry.id;
+            let upright = [bbox.x, bbox.y, bbox.w, bbox.h].map(round);
+            let outline = job.outline(entry);
+            let mut one = json!({
+                "id": self.annotations.len() + 1, "image_id": image, "video_id": video,
+                "category_id": job.class(entry.id) + 1,
+                "track_id": track, "instance_id": track, "attributes": {"track_id": track},
+                "bbox": upright,
+                "area": round(outline.as_ref().map_or(bbox.w * bbox.h, Outline::area)),
+                "iscrowd": 0,
+            });
+            if let Some(Outline(points)) = outline {
+                let points: Vec<f64> = points.as_flattened().iter().copied().map(round).collect();
+                one["segmentation"] = json!([points]);
+            }
+            if let Some(score) = entry.score {
+                one["score"] = json!(round(score));
+            }
+            add_attributes(&mut one["attributes"], job, entry);
             self.annotations.push(one);
         }
         for id in job.track.ids() {
@@ -113,45 +121,17 @@ impl Lists {
     }
 }
 
-/// What an annotation refers to.
-struct Ids {
-    annotation: usize,
-    image: usize,
-    video: usize,
-    category: usize,
-    track: u64,
-}
-
-fn annotation(ids: &Ids, entry: &Entry, bbox: BoundingBox, outline: Option<&Outline>) -> Value {
-    let upright = [bbox.x, bbox.y, bbox.w, bbox.h].map(round);
-    let mut all = json!({
-        "id": ids.annotation, "image_id": ids.image, "video_id": ids.video,
-        "category_id": ids.category,
-        "track_id": ids.track, "instance_id": ids.track, "attributes": {"track_id": ids.track},
-        "bbox": upright,
-        "area": round(outline.map_or(bbox.w * bbox.h, Outline::area)),
-        "iscrowd": 0,
-    });
-    if let Some(Outline(points)) = outline {
-        let points: Vec<f64> = points.as_flattened().iter().copied().map(round).collect();
-        all["segmentation"] = json!([points]);
-    }
+/// Adds what is known of a box, and the attributes of the target, except those with names that say
+/// something else here.
+fn add_attributes(attributes: &mut Value, job: &Job<'_>, entry: &Entry) {
     if let Some(status) = entry.status {
-        all["attributes"]["status"] = json!(status);
+        attributes["status"] = json!(status);
     }
     if let Some(manual) = entry.manual {
-        all["attributes"]["keyframe"] = json!(true);
-        all["attributes"]["occluded"] = json!(manual.occluded);
-        all["attributes"]["truncated"] = json!(manual.truncated);
+        attributes["keyframe"] = json!(true);
+        attributes["occluded"] = json!(manual.occluded);
+        attributes["truncated"] = json!(manual.truncated);
     }
-    if let Some(score) = entry.score {
-        all["score"] = json!(round(score));
-    }
-    all
-}
-
-/// Adds the attributes of the target, except those with names that say something else here.
-fn add_values(attributes: &mut Value, job: &Job<'_>, entry: &Entry) {
     let declared = job.declared(entry.id);
     for (name, value) in job.values(entry.id, entry.frame) {
         if !RESERVED.contains(&name) {

@@ -166,13 +166,13 @@ fn write_shapes(
     };
     for key in keys(entries, job.key_frames, state, overlap) {
         let entry = key.entry;
-        let outline = job.track.outline(entry).cloned();
-        let geometry = match has_polygons {
-            true => Geometry::Polygon(outline.unwrap_or_else(|| Outline::of_box(key.bbox, 0.0))),
-            false => rotated(entry).map_or(Geometry::Box(key.bbox, 0.0), Geometry::of),
+        let element = match (has_polygons, job.track.outline(entry)) {
+            (true, Some(outline)) => polygon(outline),
+            (true, None) => polygon(&Outline::of_box(key.bbox, 0.0)),
+            (false, _) => rectangle(rotated(entry).unwrap_or((key.bbox, 0.0))),
         };
         let (frame, occluded) = (entry.frame, occluded(entry));
-        let shape = Shape { frame, geometry, outside: false, occluded };
+        let shape = Shape { frame, element, outside: false, occluded };
         shape.write(xml, job, entry);
         if key.ends && frame + 1 < length {
             Shape { frame: frame + 1, outside: true, ..shape }.write(xml, job, entry);
@@ -180,43 +180,29 @@ fn write_shapes(
     }
 }
 
-/// Where a target is.
-enum Geometry {
-    /// A box, and the degrees by which it is turned clockwise around its centre.
-    Box(BoundingBox, f64),
-    Polygon(Outline),
+/// The name of an XML element, and its attributes that say where the target is.
+type Element = (&'static str, Vec<(&'static str, String)>);
+
+fn polygon(Outline(points): &Outline) -> Element {
+    let points = Outline(points.iter().map(|point| point.map(round)).collect());
+    ("polygon", vec![("points", points.to_string()), ("z_order", "0".into())])
 }
 
-impl Geometry {
-    fn of((bbox, rotation): RotatedBox) -> Self {
-        Self::Box(bbox, rotation)
+fn rectangle((BoundingBox { x, y, w, h }, rotation): RotatedBox) -> Element {
+    let number = |value: f64| round(value).to_string();
+    let names = ["xtl", "ytl", "xbr", "ybr"].into_iter();
+    let mut all: Vec<_> = names.zip([x, y, x + w, y + h].map(number)).collect();
+    all.push(("z_order", "0".into()));
+    if rotation != 0.0 {
+        all.push(("rotation", number(rotation)));
     }
-
-    /// The name of its element, and the attributes that only this kind has.
-    fn attributes(&self) -> (&'static str, Vec<(&'static str, String)>) {
-        let number = |value: f64| round(value).to_string();
-        match self {
-            Self::Polygon(Outline(points)) => {
-                let points = points.iter().map(|point| point.map(round)).collect();
-                ("polygon", vec![("points", Outline(points).to_string()), ("z_order", "0".into())])
-            }
-            Self::Box(BoundingBox { x, y, w, h }, rotation) => {
-                let names = ["xtl", "ytl", "xbr", "ybr"].into_iter();
-                let mut all: Vec<_> = names.zip([*x, *y, x + w, y + h].map(number)).collect();
-                all.push(("z_order", "0".into()));
-                if *rotation != 0.0 {
-                    all.push(("rotation", number(*rotation)));
-                }
-                ("box", all)
-            }
-        }
-    }
+    ("box", all)
 }
 
 /// A shape of a track.
 struct Shape {
     frame: usize,
-    geometry: Geometry,
+    element: Element,
     outside: bool,
     occluded: bool,
 }
@@ -224,7 +210,7 @@ struct Shape {
 impl Shape {
     /// Writes the shape, with the attributes of an entry.
     fn write(&self, xml: &mut Document, job: &Job<'_>, entry: &Entry) {
-        let (name, own) = self.geometry.attributes();
+        let (name, position) = &self.element;
         let frame = self.frame.to_string();
         let mut all = vec![
             ("frame", frame.as_str()),
@@ -232,7 +218,7 @@ impl Shape {
             ("outside", digit(self.outside)),
             ("occluded", digit(self.occluded)),
         ];
-        all.extend(own.iter().map(|(name, value)| (*name, value.as_str())));
+        all.extend(position.iter().map(|(name, value)| (*name, value.as_str())));
         let truncated = entry.manual.map(|manual| if manual.truncated { "true" } else { "false" });
         let values = job.values(entry.id, self.frame).into_iter();
         let inside: Vec<_> = values.chain(truncated.map(|value| (TRUNCATED, value))).collect();

@@ -35,18 +35,35 @@ pub struct Format {
     /// What a person has to know who imports the file of a track, if there is anything.
     pub(super) note: Option<fn(&Track) -> Option<String>>,
     /// The ending and the text of a format that is one file. Of many clips, each has one, unless there
-    /// is a set.
+    /// is a folder.
     pub(super) file: Option<(&'static str, Text)>,
     /// The files of a format that is a folder, or of one that is a folder for many clips.
-    pub(super) set: Option<Set>,
+    pub(super) folder: Option<Folder>,
 }
 
 /// Makes the text of a file.
 pub(super) type Text = fn(&Job<'_>) -> Result<String, Error>;
 
-/// Makes the files of each of these clips, which have the same labels, for a set of this name. What
-/// belongs to no clip comes with the first one.
-pub(super) type Set = fn(&str, &[Job<'_>]) -> Result<Vec<Vec<Item>>, Error>;
+/// Makes the files of a folder of clips, which have the same labels.
+#[derive(Clone, Copy)]
+pub(super) struct Folder {
+    /// Makes the files of a clip.
+    pub clip: fn(&Job<'_>) -> Result<Vec<Item>, Error>,
+    /// Makes the files that belong to no clip, for a folder of this name.
+    pub common: fn(&str, &[Job<'_>]) -> Vec<Item>,
+}
+
+impl Folder {
+    /// The files of each clip. What belongs to no clip comes with the first one.
+    pub fn files(self, name: &str, jobs: &[Job<'_>]) -> Result<Vec<Vec<Item>>, Error> {
+        let clips = jobs.iter().map(|job| (self.clip)(job));
+        let mut clips = clips.collect::<Result<Vec<_>, Error>>()?;
+        if let Some(first) = clips.first_mut() {
+            first.extend((self.common)(name, jobs));
+        }
+        Ok(clips)
+    }
+}
 
 /// What the files of a format are for, which decides what is left out of them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -91,7 +108,7 @@ impl Format {
         has_key_frames: false,
         note: None,
         file: None,
-        set: None,
+        folder: None,
     };
 
     /// The format of this name.

@@ -30,7 +30,7 @@ impl Frames {
     pub fn new(track: &Track, options: &Options) -> Result<Self, Error> {
         let format = options.format;
         if options.images.is_some() && format.images == ImageUse::Unused {
-            return Err(invalid(format!("the format {} does not use images", format.name)));
+            return Err(Error::Export(format!("the format {} does not use images", format.name)));
         }
         let images = match &options.images {
             Some(video) if video.is_file() => Images::Video(video.clone()),
@@ -41,12 +41,6 @@ impl Frames {
             true => size(track, options, &images)?,
             false => (0, 0),
         };
-        if format.needs_size && (size.0 == 0 || size.1 == 0) {
-            return Err(invalid(format!(
-                "the size is {} x {}; both sides must be at least 1",
-                size.0, size.1
-            )));
-        }
         let count = match format.has_key_frames {
             true => count(track, options.limits, &images)?,
             false => None,
@@ -84,20 +78,16 @@ impl Frames {
     }
 }
 
-fn invalid(reason: String) -> Error {
-    Error::Export(reason)
-}
-
 fn images_in(folder: &Path, track: &Track) -> Result<Vec<PathBuf>, Error> {
     if !folder.is_dir() {
-        return Err(invalid(format!(
+        return Err(Error::Export(format!(
             "{} is neither a folder of images nor a video",
             folder.display()
         )));
     }
     let files = files::images(folder)?;
     match track.frames().last() {
-        Some(&last) if last >= files.len() => Err(invalid(format!(
+        Some(&last) if last >= files.len() => Err(Error::Export(format!(
             "the track extends to frame {last}, counted from 0, but {} has {} images",
             folder.display(),
             files.len()
@@ -121,15 +111,19 @@ fn size(track: &Track, options: &Options, images: &Images) -> Result<(usize, usi
     ];
     let mut known = known.into_iter().filter_map(|(place, size)| Some((place, size?)));
     let Some((place, size)) = known.next() else {
-        return Err(invalid(format!(
+        return Err(Error::Export(format!(
             "the format {} needs the frame size: give it, or the images",
             options.format.name
         )));
     };
     match known.find(|(_, other)| *other != size) {
-        Some((other_place, other)) => Err(invalid(format!(
+        Some((other_place, other)) => Err(Error::Export(format!(
             "the size {place} is {} x {}, but {other_place} it is {} x {}",
             size.0, size.1, other.0, other.1
+        ))),
+        None if size.0 == 0 || size.1 == 0 => Err(Error::Export(format!(
+            "the size is {} x {}; both sides must be at least 1",
+            size.0, size.1
         ))),
         None => Ok(size),
     }
@@ -143,7 +137,7 @@ fn count(track: &Track, limits: Limits, images: &Images) -> Result<Option<usize>
         Images::Video(video) => Some(patchlock_media::open_within(video, false, limits)?.count()?),
     };
     match (track.frames().last(), count) {
-        (Some(last), Some(count)) if *last >= count => Err(invalid(format!(
+        (Some(last), Some(count)) if *last >= count => Err(Error::Export(format!(
             "the track extends to frame {last}, counted from 0, but the clip has {count} frames"
         ))),
         _ => Ok(count),
@@ -157,6 +151,6 @@ fn size_of_image(file: &Path) -> Result<(usize, usize), Error> {
 fn size_of_video(video: &Path, limits: Limits) -> Result<(usize, usize), Error> {
     let source = patchlock_media::open_within(video, false, limits)?;
     let first = { source }.frame(0)?;
-    let first = first.ok_or_else(|| invalid(format!("{} has no frames", video.display())))?;
+    let first = first.ok_or_else(|| Error::Export(format!("{} has no frames", video.display())))?;
     Ok((first.width, first.height))
 }

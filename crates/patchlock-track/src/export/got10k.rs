@@ -2,11 +2,12 @@
 //! line, `meta_info.ini`, and the frames as `00000001.jpg`; and `list.txt` with the names of the
 //! sequences.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use patchlock::BoundingBox;
 
-use super::format::{ImageUse, Purpose};
+use super::format::{Folder, ImageUse, Purpose};
 use super::sequence::{BoxEntry, Sequence, sequences};
 use super::track::Entry;
 use super::{Format, Item, Job};
@@ -19,42 +20,40 @@ pub const FORMAT: Format = Format {
     lost: Some("absence"),
     purpose: Purpose::Benchmark,
     images: ImageUse::Copied,
-    set: Some(set),
+    folder: Some(Folder { clip: items, common: lists }),
     ..Format::BASE
 };
 
 /// Number of visibility levels in `cover.label`, not counting 0.
 const COVER_LEVELS: f64 = 8.0;
 
-/// The files of the clips, and a list of the sequences of each folder.
-fn set(_: &str, jobs: &[Job<'_>]) -> Result<Vec<Vec<Item>>, Error> {
-    let mut lists: Vec<(&str, String)> = Vec::new();
-    let mut clips = Vec::new();
-    for job in jobs {
-        let known = lists.iter().position(|(folder, _)| *folder == job.folder);
-        let k = known.unwrap_or_else(|| {
-            lists.push((job.folder, String::new()));
-            lists.len() - 1
-        });
-        let list = &mut lists[k].1;
-        let mut items = Vec::new();
-        for sequence in sequences(job.track)? {
-            let name = format!("{}_{:06}", job.name, sequence.id);
-            items.extend(sequence_items(job, &sequence, &name));
-            *list += &(name + "\n");
-        }
-        clips.push(items);
-    }
-    let lists = lists.into_iter();
-    let lists = lists.map(|(folder, names)| Item::text(Path::new(folder).join("list.txt"), names));
-    if let Some(first) = clips.first_mut() {
-        first.extend(lists);
-    }
-    Ok(clips)
+/// The sequences of a clip.
+fn items(job: &Job<'_>) -> Result<Vec<Item>, Error> {
+    let sequences = sequences(job.track)?;
+    Ok(sequences.iter().flat_map(|sequence| sequence_items(job, sequence)).collect())
 }
 
-fn sequence_items(job: &Job<'_>, sequence: &Sequence<'_>, name: &str) -> Vec<Item> {
-    let folder = &Path::new(job.folder).join(name);
+/// A list of the sequences of each folder.
+fn lists(_: &str, jobs: &[Job<'_>]) -> Vec<Item> {
+    let mut lists = BTreeMap::<&str, String>::new();
+    for job in jobs {
+        let list = lists.entry(job.folder).or_default();
+        for (id, entries) in job.track.by_target() {
+            if entries.iter().any(|entry| entry.found().is_some()) {
+                *list += &(sequence_name(job, id) + "\n");
+            }
+        }
+    }
+    let lists = lists.into_iter();
+    lists.map(|(folder, list)| Item::text(Path::new(folder).join("list.txt"), list)).collect()
+}
+
+fn sequence_name(job: &Job<'_>, id: u64) -> String {
+    format!("{}_{id:06}", job.name)
+}
+
+fn sequence_items(job: &Job<'_>, sequence: &Sequence<'_>) -> Vec<Item> {
+    let folder = &Path::new(job.folder).join(sequence_name(job, sequence.id));
     let (width, height) = job.frames.size;
     let meta = format!(
         "[METAINFO]\nurl: unknown\nobject_class: {}\nresolution: ({width}, {height})\n",
@@ -73,9 +72,7 @@ fn sequence_items(job: &Job<'_>, sequence: &Sequence<'_>, name: &str) -> Vec<Ite
             u8::from(found.is_some_and(|(_, bbox)| leaves(bbox, (width, height))))
         }),
     ];
-    for (k, (frame, _)) in sequence.frames.iter().enumerate() {
-        items.extend(job.frames.jpeg(*frame, folder.join(format!("{:08}.jpg", k + 1))));
-    }
+    items.extend(sequence.images(job, folder));
     items
 }
 

@@ -94,7 +94,7 @@ fn text(job: &Job<'_>) -> Result<String, Error> {
 /// The key frames of a target. With a rate, frames are those at the times of the boxes.
 fn sequence(job: &Job<'_>, rate: Option<f64>, entries: &[&Entry]) -> Vec<Value> {
     let (width, height) = (job.frames.size.0 as f64, job.frames.size.1 as f64);
-    let keys = keys(entries, job.key_frames, |_| (), upright).into_iter();
+    let keys = keys(entries, job.key_frames, |_| (), upright).into_iter().rev();
     let value = |key: Key<'_>| {
         let frame = key.entry.frame;
         let (bbox, rotation) = rotated_box(job.track, key.entry, false).unwrap_or((key.bbox, 0.0));
@@ -108,12 +108,8 @@ fn sequence(job: &Job<'_>, rate: Option<f64>, entries: &[&Entry]) -> Vec<Value> 
         })
     };
     let mut values: Vec<Value> = keys.map(value).collect();
-    // Of short frames that the tool does not tell apart, the last one counts.
-    let frames: Vec<Value> = values.iter().map(|value| value["frame"].clone()).collect();
-    let mut k = 0;
-    values.retain(|_| {
-        k += 1;
-        frames.get(k) != Some(&frames[k - 1])
-    });
+    // Of short frames that the tool does not tell apart, the last one counts: here the first one.
+    values.dedup_by_key(|value| value["frame"].clone());
+    values.reverse();
     values
 }

@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use super::format::{ImageUse, Purpose};
+use super::format::{Folder, ImageUse, Purpose};
 use super::sequence::{Sequence, sequences};
 use super::{Format, Item, Job};
 use crate::Error;
@@ -16,17 +16,14 @@ pub const FORMAT: Format = Format {
     purpose: Purpose::Benchmark,
     images: ImageUse::Copied,
     needs_size: false,
-    set: Some(set),
+    folder: Some(Folder { clip: items, common: |_, _| Vec::new() }),
     ..Format::BASE
 };
 
-/// The files of the clips.
-fn set(_: &str, jobs: &[Job<'_>]) -> Result<Vec<Vec<Item>>, Error> {
-    let of_clip = |job: &Job<'_>| {
-        let sequences = sequences(job.track)?;
-        Ok(sequences.iter().flat_map(|sequence| sequence_items(job, sequence)).collect())
-    };
-    jobs.iter().map(of_clip).collect()
+/// The sequences of a clip.
+fn items(job: &Job<'_>) -> Result<Vec<Item>, Error> {
+    let sequences = sequences(job.track)?;
+    Ok(sequences.iter().flat_map(|sequence| sequence_items(job, sequence)).collect())
 }
 
 fn sequence_items(job: &Job<'_>, sequence: &Sequence<'_>) -> Vec<Item> {
@@ -38,10 +35,7 @@ fn sequence_items(job: &Job<'_>, sequence: &Sequence<'_>) -> Vec<Item> {
         Item::text(folder.join("full_occlusion.txt"), flags(sequence, |hidden| hidden)),
         Item::text(folder.join("out_of_view.txt"), flags(sequence, |_| false)),
     ];
-    for (k, (frame, _)) in sequence.frames.iter().enumerate() {
-        let image = folder.join("img").join(format!("{:08}.jpg", k + 1));
-        items.extend(job.frames.jpeg(*frame, image));
-    }
+    items.extend(sequence.images(job, &folder.join("img")));
     items
 }
 

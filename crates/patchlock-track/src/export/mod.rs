@@ -291,8 +291,7 @@ pub fn write_unless(
         output::check_not(stopped)?;
         return output::write_file(out, &text, overwrite).map(|()| written(1));
     }
-    let set = format.set.map(|set| set(&options.name, &[job])).transpose()?;
-    let items: Vec<Item> = set.unwrap_or_default().into_iter().flatten().collect();
+    let items: Vec<Item> = all::files(&[job], options)?.into_iter().flatten().collect();
     output::check_not(stopped)?;
     let reader = output::Reader::new(options)?;
     let files = items.len();

@@ -138,7 +138,8 @@ fn write_item(
     }
 }
 
-/// Reads images, and frames of a video.
+/// Reads images, and frames of a video. The default one reads nothing, for texts.
+#[derive(Default)]
 pub struct Reader {
     limits: Limits,
     /// The folder that links must not leave.
@@ -155,11 +156,6 @@ impl Reader {
             |folder: &PathBuf| folder.canonicalize().map_err(|error| Error::read(folder, error));
         let within = folder.map(real).transpose()?;
         Ok(Self { limits: options.limits, within, video: None })
-    }
-
-    /// Reads nothing, for texts.
-    pub fn of_nothing() -> Self {
-        Self { limits: Limits::default(), within: None, video: None }
     }
 
     /// Opens an image. What has not the header of one is none, whatever its name.

@@ -1,10 +1,12 @@
 //! Splits a track into one sequence per target, for the formats of single-target benchmarks. A
 //! sequence covers the tracked frames from the target's first box to its last entry.
 
+use std::path::Path;
+
 use patchlock::BoundingBox;
 
-use super::MOST_LINES;
 use super::track::{Entry, Track};
+use super::{Item, Job, MOST_LINES};
 use crate::Error;
 
 /// An entry in which the target is found, and its box.
@@ -55,6 +57,13 @@ fn sequence<'a>(id: u64, entries: Vec<&'a Entry>, frames: &[usize]) -> Sequence<
 }
 
 impl Sequence<'_> {
+    /// The images of its frames, by their numbers in the sequence from 1, in this folder.
+    pub fn images(&self, job: &Job<'_>, folder: &Path) -> Vec<Item> {
+        let frames = self.frames.iter().zip(1..);
+        let image = |k: usize| folder.join(format!("{k:08}.jpg"));
+        frames.filter_map(|((frame, _), k)| job.frames.jpeg(*frame, image(k))).collect()
+    }
+
     /// `x,y,w,h` on each line, with `origin` as the coordinate of the first pixel; zeros where the
     /// target is absent.
     pub fn boxes(&self, origin: f64) -> String {

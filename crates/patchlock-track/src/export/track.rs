@@ -1,7 +1,7 @@
 //! A track: the boxes of all targets in all frames. It is read from files saved by `patchlock
 //! track`, or from text with one box per line.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -15,8 +15,7 @@ use crate::outline::Outline;
 use crate::{Error, text};
 
 /// One target in one frame.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
-#[serde(try_from = "Row")]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Entry {
     /// Index of the frame in the source, from 0.
     pub frame: usize,
@@ -67,7 +66,7 @@ const DEFAULT_RATE: f64 = 30.0;
 
 /// Entries ordered by frame, then by target. What belongs to them is shared by the tracks with some of
 /// them.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Track {
     entries: Vec<Entry>,
     size: Option<(usize, usize)>,
@@ -127,7 +126,7 @@ impl TryFrom<Row> for Line {
     type Error = &'static str;
 
     fn try_from(row: Row) -> Result<Self, Self::Error> {
-        let (size, time, ms) = (row.frame_w.zip(row.frame_h), row.time, row.ms);
+        let Row { frame, score, status, time, ms, .. } = row;
         let is_wrong = |number: f64| !(0.0..=1e9).contains(&number);
         if time.is_some_and(is_wrong) {
             return Err("the time is not a number of seconds; allowed: 0 to 1e9");
@@ -135,19 +134,6 @@ impl TryFrom<Row> for Line {
         if ms.is_some_and(is_wrong) {
             return Err("ms is not a number of milliseconds; allowed: 0 to 1e9");
         }
-        Ok(Self { entry: row.try_into()?, size, time, ms })
-    }
-}
-
-/// A cell that may be empty, of a column that may not be missing.
-fn cell<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f64>, D::Error> {
-    Option::deserialize(deserializer)
-}
-
-impl TryFrom<Row> for Entry {
-    type Error = &'static str;
-
-    fn try_from(row: Row) -> Result<Self, Self::Error> {
         let point = |x: Option<f64>, y: Option<f64>| Some([x?, y?]);
         let corners = || {
             Some([
@@ -162,10 +148,15 @@ impl TryFrom<Row> for Entry {
             (None, None, None, None) => None,
             _ => return Err("the box is incomplete: give all of x, y, w and h, or none"),
         };
-        let id = row.id.unwrap_or(1);
-        let (frame, score, corners, status) = (row.frame, row.score, corners(), row.status);
-        Ok(Self { frame, id, bbox, score, corners, status, manual: None })
+        let (id, corners) = (row.id.unwrap_or(1), corners());
+        let entry = Entry { frame, id, bbox, score, corners, status, manual: None };
+        Ok(Self { entry, size: row.frame_w.zip(row.frame_h), time, ms })
     }
+}
+
+/// A cell that may be empty, of a column that may not be missing.
+fn cell<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f64>, D::Error> {
+    Option::deserialize(deserializer)
 }
 
 impl Track {
@@ -192,16 +183,7 @@ impl Track {
                 "target {} appears twice in frame {}",
                 entry.id, entry.frame
             ))),
-            _ => Ok(Self {
-                entries,
-                size: None,
-                clip_frames: None,
-                times: Arc::default(),
-                ms: Arc::default(),
-                metadata: Arc::default(),
-                declared: Arc::default(),
-                outlines: Arc::default(),
-            }),
+            _ => Ok(Self { entries, ..Self::default() }),
         }
     }
 
@@ -331,25 +313,21 @@ impl Track {
 
     /// The number of targets that have a box.
     pub(super) fn targets_with_boxes(&self) -> usize {
-        let has_box = |own: &[&Entry]| own.iter().any(|entry| entry.bbox.is_some());
-        self.by_target().iter().filter(|(_, own)| has_box(own)).count()
+        let has_box = |own: &&Vec<&Entry>| own.iter().any(|entry| entry.bbox.is_some());
+        self.by_target().values().filter(has_box).count()
     }
 
     /// The ids of all targets, in increasing order.
     pub fn ids(&self) -> Vec<u64> {
-        let mut ids: Vec<u64> = self.entries.iter().map(|entry| entry.id).collect();
-        ids.sort_unstable();
-        ids.dedup();
-        ids
+        let ids: BTreeSet<u64> = self.entries.iter().map(|entry| entry.id).collect();
+        ids.into_iter().collect()
     }
 
-    /// The entries of each target, ordered by frame; the targets in increasing order of their ids.
-    pub(super) fn by_target(&self) -> Vec<(u64, Vec<&Entry>)> {
-        let ids = self.ids().into_iter();
-        let mut targets: Vec<(u64, Vec<&Entry>)> = ids.map(|id| (id, Vec::new())).collect();
+    /// The entries of each target by its id, ordered by frame.
+    pub(super) fn by_target(&self) -> BTreeMap<u64, Vec<&Entry>> {
+        let mut targets = BTreeMap::<u64, Vec<&Entry>>::new();
         for entry in &self.entries {
-            let place = targets.partition_point(|(id, _)| *id < entry.id);
-            targets[place].1.push(entry);
+            targets.entry(entry.id).or_default().push(entry);
         }
         targets
     }
@@ -394,25 +372,20 @@ fn check(entry: &Entry) -> Result<(), String> {
     entry.corners.iter().flatten().flatten().try_for_each(|value| text::coordinate(*value))
 }
 
-fn line(path: &Path, line: usize, reason: impl ToString) -> Error {
-    Error::Line { path: path.to_path_buf(), line, reason: reason.to_string() }
-}
-
 fn read_csv(path: &Path) -> Result<Vec<Line>, Error> {
     let bytes = files::read(path).map_err(|error| Error::read(path, error))?;
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(&bytes[..]);
     let mut entries = Vec::new();
-    let headers = reader.headers().cloned().map_err(|error| line(path, 1, csv_reason(&error)))?;
+    let headers =
+        reader.headers().cloned().map_err(|error| Error::line(path, 1, csv_reason(&error)))?;
+    let number_of = |place: Option<&csv::Position>| place.map_or(1, |place| place.line() as usize);
+    let wrong =
+        |error: csv::Error| Error::line(path, number_of(error.position()), csv_reason(&error));
     for record in reader.into_records() {
-        let entry = record.and_then(|record| {
-            let number = record.position().map_or(1, |position| position.line() as usize);
-            record.deserialize(Some(&headers)).map(|entry| (number, entry))
-        });
-        let (number, read): (usize, Line) = entry.map_err(|error: csv::Error| {
-            let number = error.position().map_or(1, |position| position.line() as usize);
-            line(path, number, csv_reason(&error))
-        })?;
-        check(&read.entry).map_err(|reason| line(path, number, reason))?;
+        let record = record.map_err(wrong)?;
+        let read: Line = record.deserialize(Some(&headers)).map_err(wrong)?;
+        let number = number_of(record.position());
+        check(&read.entry).map_err(|reason| Error::line(path, number, reason))?;
         entries.push(read);
     }
     Ok(entries)
@@ -431,28 +404,21 @@ fn read_jsonl(path: &Path) -> Result<Vec<Line>, Error> {
     let (text, _) = text::decode(&bytes);
     let rows = text.lines().enumerate().filter(|(_, text)| !text.trim().is_empty());
     let entry = |(k, text): (usize, &str)| {
-        let read: Line = serde_json::from_str(text).map_err(|error| line(path, k + 1, error))?;
-        check(&read.entry).map_err(|reason| line(path, k + 1, reason))?;
+        let wrong = |reason| Error::line(path, k + 1, reason);
+        let read: Line = serde_json::from_str(text).map_err(|error| wrong(error.to_string()))?;
+        check(&read.entry).map_err(wrong)?;
         Ok(read)
     };
     rows.map(entry).collect()
 }
 
 fn read_txt(path: &Path) -> Result<Vec<Entry>, Error> {
-    let mut entries = Vec::new();
-    for (frame, row) in text::read(path)?.rows.iter().enumerate() {
-        let bbox = text::region(row, 1.0).map_err(|reason| line(path, frame + 1, reason))?;
-        entries.push(Entry {
-            frame,
-            id: 1,
-            bbox,
-            score: None,
-            corners: None,
-            status: None,
-            manual: None,
-        });
-    }
-    Ok(entries)
+    let (score, corners, status, manual) = (None, None, None, None);
+    let entry = |(frame, row): (usize, &Vec<f64>)| {
+        let bbox = text::region(row, 1.0).map_err(|reason| Error::line(path, frame + 1, reason))?;
+        Ok(Entry { frame, id: 1, bbox, score, corners, status, manual })
+    };
+    text::read(path)?.rows.iter().enumerate().map(entry).collect()
 }
 
 #[cfg(test)]

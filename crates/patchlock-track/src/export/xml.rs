@@ -29,7 +29,8 @@ impl Document {
         attributes: &[(&str, &str)],
         inside: impl FnOnce(&mut Self),
     ) {
-        self.start(name, attributes);
+        let attributes = attributes.iter().map(|&(name, value)| (name, legal(value)));
+        self.write(Event::Start(BytesStart::new(name).with_attributes(attributes)));
         inside(self);
         self.write(Event::End(BytesEnd::new(name)));
     }
@@ -47,11 +48,6 @@ impl Document {
         let mut text = String::from_utf8_lossy(&self.writer.into_inner()).into_owned();
         text.push('\n');
         text
-    }
-
-    fn start(&mut self, name: &str, attributes: &[(&str, &str)]) {
-        let attributes = attributes.iter().map(|&(name, value)| (name, legal(value)));
-        self.write(Event::Start(BytesStart::new(name).with_attributes(attributes)));
     }
 
     fn write(&mut self, event: Event<'_>) {

@@ -10,7 +10,7 @@ use std::path::Path;
 
 use patchlock::BoundingBox;
 
-use super::format::{ImageUse, Purpose};
+use super::format::{Folder, ImageUse, Purpose};
 use super::{Entry, Format, Item, Job, Part};
 use crate::Error;
 use crate::outline::{Outline, Point};
@@ -22,7 +22,7 @@ pub const FORMAT: Format = Format {
               frame, ids are lost",
     purpose: Purpose::Training,
     images: ImageUse::Copied,
-    set: Some(|name, jobs| set(name, jobs, Shape::Box)),
+    folder: Some(Folder { clip: |job| items(job, Shape::Box), common: metadata }),
     ..Format::BASE
 };
 
@@ -32,7 +32,7 @@ pub const FORMAT_OBB: Format = Format {
     content: "the same with the corners of the rotated outline in place of the box, of a polygon those \
               of the smallest rectangle around it",
     is_rotated: true,
-    set: Some(|name, jobs| set(name, jobs, Shape::Outline)),
+    folder: Some(Folder { clip: |job| items(job, Shape::Outline), common: metadata }),
     ..FORMAT
 };
 
@@ -45,19 +45,9 @@ enum Shape {
     Outline,
 }
 
-/// The files of the clips.
-fn set(name: &str, jobs: &[Job<'_>], shape: Shape) -> Result<Vec<Vec<Item>>, Error> {
-    let clips = jobs.iter().map(|job| of_clip(job, shape));
-    let mut clips = clips.collect::<Result<Vec<_>, Error>>()?;
-    if let Some(first) = clips.first_mut() {
-        first.push(metadata(name, jobs));
-    }
-    Ok(clips)
-}
-
 /// What the folder of these clips holds, which have the same labels. Without `path`, Ultralytics
 /// takes the folder of this file, wherever it is and from wherever it is read.
-fn metadata(name: &str, jobs: &[Job<'_>]) -> Item {
+fn metadata(name: &str, jobs: &[Job<'_>]) -> Vec<Item> {
     let has_val = jobs.iter().any(|job| job.part == Part::Val);
     let val = if has_val { Part::Val } else { Part::Train };
     let labels = jobs.first().map_or(&[] as &[&str], |job| job.labels.as_slice());
@@ -70,11 +60,11 @@ fn metadata(name: &str, jobs: &[Job<'_>]) -> Item {
     for (k, class) in labels.iter().enumerate() {
         let _ = writeln!(yaml, "  {k}: {}", serde_json::Value::from(*class)); // a JSON string is valid YAML
     }
-    Item::text("data.yaml", yaml)
+    vec![Item::text("data.yaml", yaml)]
 }
 
 /// The labels and the images of a clip.
-fn of_clip(job: &Job<'_>, shape: Shape) -> Result<Vec<Item>, Error> {
+fn items(job: &Job<'_>, shape: Shape) -> Result<Vec<Item>, Error> {
     let (mut items, part) = (Vec::new(), job.part.name());
     let entries = job.track.entries();
     for frames in entries.chunk_by(|a, b| a.frame == b.frame) {
