@@ -53,11 +53,8 @@ pub fn read(text: &str, found: &mut ImportBuilder<'_>) -> Outcome {
     }
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.as_bytes());
     let columns = reader.headers().map_err(|error| error.to_string())?;
-    if let Some(missing) = ["frame", "x", "y", "w", "h"]
-        .iter()
-        .find(|name| !columns.iter().any(|column| column == **name))
-    {
-        return Err(format!("there is no column {missing}"));
+    for name in ["frame", "x", "y", "w", "h"] {
+        ensure!(columns.iter().any(|column| column == name), "there is no column {name}");
     }
     let columns = columns.clone();
     let mut record = csv::StringRecord::new();
