@@ -94,9 +94,7 @@ impl Line {
         let first =
             bbox.is_some() && begun.insert(id) && self.score.is_none_or(|score| score == 1.0);
         let hidden = self.hidden.unwrap_or(false);
-        if hidden && bbox.is_some() {
-            return Err("the target is hidden and has a box".to_owned());
-        }
+        ensure!(!hidden || bbox.is_none(), "the target is hidden and has a box");
         let outline = self.outline.filter(|text| !text.is_empty());
         Ok(Row {
             outline: outline.map(|text| text.parse()).transpose()?,

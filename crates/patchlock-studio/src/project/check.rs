@@ -9,6 +9,8 @@ use super::{Changes, Frames, Key, Label, Project, Remark, Target, TrackedBox, Vi
 
 /// The limits of a project.
 pub mod limits {
+    /// Of names of labels and attributes, of values of attributes, and of attributes of a target or a
+    /// label.
     pub use patchlock_track::attributes::{ATTRIBUTES, NAME, VALUE};
 
     /// Most changes of attributes of a target, in all frames together.

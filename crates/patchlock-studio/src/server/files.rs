@@ -303,17 +303,6 @@ impl ExportQuery {
 /// What an export of boxes says of them, in the header of its answer.
 const REMARKS: &str = "patchlock-remarks";
 
-/// Adds what an export has left out, and what is doubtful.
-fn with_remarks(mut answer: Response, written: &ExportSummary) -> Response {
-    let remarks = written.remarks().join("; ");
-    if let Ok(remarks) = HeaderValue::from_str(&remarks)
-        && !remarks.is_empty()
-    {
-        answer.headers_mut().insert(REMARKS, remarks);
-    }
-    answer
-}
-
 /// `GET /api/clips/ID/export?format=NAME`: a file, or a folder as one file.
 pub async fn export_boxes(
     QueryParams(query): QueryParams<ExportQuery>,
@@ -344,7 +333,8 @@ pub async fn export_all(
     exported(options, "zip", write).await
 }
 
-/// What is written, a file or a folder, as one file with this ending.
+/// What is written, a file or a folder, as one file with this ending. A header has what the export has
+/// left out, and what is doubtful.
 async fn exported(
     options: export::Options,
     ending: &'static str,
@@ -364,7 +354,14 @@ async fn exported(
         Ok((file.into_temp_path(), written))
     });
     let (file, written) = written.await?;
-    Ok(with_remarks(download(Box::new(file), kind(ending), &name).await?, &written))
+    let mut answer = download(Box::new(file), kind(ending), &name).await?;
+    let remarks = written.remarks().join("; ");
+    if let Ok(remarks) = HeaderValue::from_str(&remarks)
+        && !remarks.is_empty()
+    {
+        answer.headers_mut().insert(REMARKS, remarks);
+    }
+    Ok(answer)
 }
 
 /// All clips of the page, under names that differ. One that cannot be opened is an error: a data

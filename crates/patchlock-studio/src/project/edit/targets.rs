@@ -44,11 +44,9 @@ pub fn set_target(
     if let Some(attributes) = attributes {
         undo.extend(set_values(project, id, attributes, new.changes)?);
     }
-    undo.extend(label.map(|_| Edit::SetTarget {
-        target: id,
-        label: Some(before),
-        attributes: None,
-    }));
+    if label.is_some() {
+        undo.push(Edit::SetTarget { target: id, label: Some(before), attributes: None });
+    }
     Ok(undo)
 }
 
@@ -94,9 +92,7 @@ pub fn import(project: &mut Project, targets: Vec<Target>) -> Result<Vec<Edit>> 
         limits::LABELS,
         limits::TARGETS
     );
-    if project.next_id + count as u64 > limits::ID {
-        return Err("all ids of targets are used up".to_owned());
-    }
+    ensure!(project.next_id + count as u64 <= limits::ID, "all ids of targets are used up");
     let mut undo = Vec::new();
     for label in labels.split_off(project.labels.len()) {
         undo.push(Edit::RemoveLabel { name: label.name.clone() });
@@ -129,9 +125,7 @@ pub fn new_id(project: &mut Project) -> Result<u64> {
         limits::TARGETS
     );
     let id = project.next_id;
-    if id >= limits::ID {
-        return Err("all ids of targets are used up".to_owned());
-    }
+    ensure!(id < limits::ID, "all ids of targets are used up");
     project.next_id += 1;
     Ok(id)
 }
