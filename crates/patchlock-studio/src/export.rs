@@ -63,10 +63,8 @@ impl Format {
     /// [`Error::Export`] if there is no such format; the message lists the names.
     pub fn named(name: &str) -> Result<Self, Error> {
         Self::all().find(|format| format.name() == name).ok_or_else(|| {
-            let known: Vec<_> = Self::all().map(Self::name).collect();
-            let reason =
-                format!("there is no format {name:?}; the formats are {}", known.join(", "));
-            refused(reason)
+            let known = Self::all().map(Self::name).collect::<Vec<_>>().join(", ");
+            refused(format!("there is no format {name:?}; the formats are {known}"))
         })
     }
 
@@ -137,6 +135,18 @@ impl Options {
         let names = format.images == ImageUse::Named && video.is_dir();
         names || (format.holds_frames() && self.frames)
     }
+
+    /// The same for another tool's format with these classes, without the frames.
+    fn of_format(&self, format: export::Format, labels: Vec<String>) -> export::Options {
+        export::Options {
+            label: PLACEHOLDER.to_owned(),
+            labels,
+            selection: self.selection.clone(),
+            key_frames: self.key_frames,
+            limits: self.limits,
+            ..export::Options::new(format, &self.name)
+        }
+    }
 }
 
 fn refused(reason: impl Into<String>) -> Error {
@@ -165,13 +175,8 @@ pub fn write(
         Format::Other(format) => format,
     };
     let options = export::Options {
-        label: PLACEHOLDER.to_owned(),
-        labels: classes(&project.labels, [project]),
         images: options.reads(video).then(|| video.to_path_buf()),
-        selection: options.selection.clone(),
-        key_frames: options.key_frames,
-        limits: options.limits,
-        ..export::Options::new(format, &options.name)
+        ..options.of_format(format, classes(&project.labels, [project]))
     };
     Ok(export::write(&track(project)?, &options, out, overwrite)?)
 }
@@ -288,38 +293,28 @@ pub fn write_all(
         let clips = all.iter().filter(|clip| clip.part == part);
         clips.map(|clip| clip.name.clone()).collect()
     };
-    let one_sided = one_sided(full.iter().map(|clip| &clip.project).zip(parts.iter().copied()));
-    let of_all = |mut written: ExportSummary| CombinedExport {
-        written: {
-            written.notes.extend(one_sided);
-            written
-        },
+    let projects = || full.iter().map(|clip| &clip.project);
+    let mut written = match options.format {
+        Format::Other(format) => {
+            let options = options.of_format(format, classes(labels, projects()));
+            export::write_all(&all, &options, out, stopped)?
+        }
+        Format::Csv => {
+            Format::check_table(options)?;
+            let tables = all.iter().zip(projects());
+            let tables = tables.map(|(clip, it)| Ok((clip.name.as_str(), clip.part, table(it)?)));
+            let tables = tables.collect::<Result<Vec<_>, Error>>()?;
+            export::write_texts(&tables, "csv", out, stopped)?;
+            of_tables(projects())
+        }
+    };
+    written.notes.extend(one_sided(projects().zip(parts.iter().copied())));
+    Ok(CombinedExport {
+        written,
         train: of_part(Part::Train),
         val: of_part(Part::Val),
         empty: empty.iter().map(|clip| clip.name.clone()).collect(),
-    };
-    let format = match options.format {
-        Format::Other(format) => format,
-        Format::Csv => {
-            Format::check_table(options)?;
-            let tables = full
-                .iter()
-                .zip(&parts)
-                .map(|(clip, &part)| Ok((clip.name.as_str(), part, table(&clip.project)?)));
-            let tables = tables.collect::<Result<Vec<_>, Error>>()?;
-            export::write_texts(&tables, "csv", out, stopped)?;
-            return Ok(of_all(of_tables(full.iter().map(|clip| &clip.project))));
-        }
-    };
-    let options = export::Options {
-        label: PLACEHOLDER.to_owned(),
-        labels: classes(labels, full.iter().map(|clip| &clip.project)),
-        selection: options.selection.clone(),
-        key_frames: options.key_frames,
-        limits: options.limits,
-        ..export::Options::new(format, &options.name)
-    };
-    Ok(of_all(export::write_all(&all, &options, out, stopped)?))
+    })
 }
 
 /// Says which labels are missing in one of two parts.
@@ -493,6 +488,7 @@ fn metadata(project: &Project, target: &Target) -> TargetMetadata {
 }
 
 /// What is known of a target in a frame.
+#[derive(Default)]
 struct Row<'a> {
     frame: usize,
     bbox: Option<BoundingBox>,
@@ -506,33 +502,24 @@ struct Row<'a> {
 
 /// All frames of a target of which something is known, in order.
 fn rows(target: &Target) -> Vec<Row<'_>> {
-    let empty = |frame| Row {
-        frame,
-        bbox: None,
-        outline: None,
-        score: None,
-        status: None,
-        visible: None,
-        agreement: None,
-        manual: None,
-    };
     let keys = target.keys.iter().map(|(&frame, key)| {
         let manual =
             ManualFlags { hidden: false, occluded: key.occluded, truncated: key.truncated };
         let outline = key.outline.as_ref();
-        Row { bbox: Some(key.bbox), outline, manual: Some(manual), ..empty(frame) }
+        Row { frame, bbox: Some(key.bbox), outline, manual: Some(manual), ..Row::default() }
     });
     let tracked = target.tracked.iter().map(|(&frame, tracked)| Row {
+        frame,
         bbox: Some(tracked.bbox),
         score: Some(tracked.score),
         status: Some(tracked.status),
         visible: tracked.visible,
         agreement: tracked.agreement,
-        ..empty(frame)
+        ..Row::default()
     });
     let hidden = target.hidden.iter().flat_map(|&[from, to]| from..=to).map(|frame| {
         let manual = ManualFlags { hidden: true, ..ManualFlags::default() };
-        Row { manual: Some(manual), ..empty(frame) }
+        Row { frame, manual: Some(manual), ..Row::default() }
     });
     let mut rows: Vec<Row<'_>> = keys.chain(tracked).chain(hidden).collect();
     rows.sort_by_key(|row| row.frame);

@@ -5,8 +5,17 @@
 //! With the feature `server`, `server` serves a page for the browser in which a person draws and
 //! corrects.
 
+/// Returns an error with this text, unless a condition holds.
+macro_rules! ensure {
+    ($condition:expr, $($text:tt)+) => {
+        if !$condition {
+            return Err(format!($($text)+));
+        }
+    };
+}
+
 #[cfg(feature = "server")]
-pub mod engine;
+mod engine;
 pub mod export;
 pub mod import;
 #[cfg(feature = "server")]

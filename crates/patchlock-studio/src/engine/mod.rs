@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use patchlock::{BoundingBox, TrackerConfig};
-use patchlock_media::{Limits, Picture, Prefetcher};
+use patchlock_media::{FrameSource, Limits, Picture, Prefetcher};
 use patchlock_track::session::Session;
 use rayon::ThreadPool;
 
@@ -18,34 +18,33 @@ use crate::tracking::FrameEstimate;
 use crate::tracking::join::join;
 use plan::{Anchor, Span};
 
-/// What a tracker needs to know of a video.
+/// What all videos share.
 #[derive(Clone)]
-pub struct Engine {
-    /// The video, as [`patchlock_media::open`] takes it.
-    pub video: PathBuf,
-    /// What it may claim.
-    pub limits: Limits,
+pub struct Settings {
     /// The settings of the tracker.
     pub config: TrackerConfig,
     /// The threads of the tracker.
     pub pool: Arc<ThreadPool>,
+    /// What a video may claim.
+    pub limits: Limits,
+}
+
+/// What a tracker needs to know of a video.
+pub struct Engine {
+    /// The video, as [`patchlock_media::open`] takes it.
+    pub video: PathBuf,
+    pub settings: Settings,
 }
 
 /// Why tracking has failed.
 #[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
 pub enum Error {
     /// A frame cannot be read.
     #[error(transparent)]
     Video(#[from] patchlock_media::Error),
     /// The tracker refuses a frame or its settings.
     #[error("the tracker stopped in frame {frame}: {reason}")]
-    Tracker {
-        /// The frame.
-        frame: usize,
-        /// The reason.
-        reason: patchlock::Error,
-    },
+    Tracker { frame: usize, reason: patchlock::Error },
     /// The video ends early.
     #[error("the video ended before frame {0}")]
     Ended(usize),
@@ -62,9 +61,15 @@ pub trait Listener {
 }
 
 impl Engine {
+    /// Opens the video, to read it forward or backward.
+    pub fn open(&self, backward: bool) -> Result<Box<dyn FrameSource>, patchlock_media::Error> {
+        patchlock_media::open_within(&self.video, backward, self.settings.limits)
+    }
+
     /// Tracks a span, with what was known before of [doubtful](crate::tracking::review::doubtful)
-    /// frames. Returns the boxes of its frames without those that it starts from, or `None` if the
-    /// listener has stopped it; what was found until then it knows.
+    /// frames. Returns the joined boxes of a span between two others, without those; of an open one,
+    /// the listener knows all. `None` if the listener has stopped it; what was found until then it
+    /// knows.
     ///
     /// # Errors
     /// [`Error`]; what was found until then the listener knows.
@@ -76,38 +81,36 @@ impl Engine {
     ) -> Result<Option<Vec<(usize, TrackedBox)>>, Error> {
         let (first, last) = match span {
             Span::Between { first, last } => (first, last),
-            Span::After { start, to } => return self.pass(start, to, true, listener).map(alone),
-            Span::Before { start, to } => return self.pass(start, to, true, listener).map(alone),
+            Span::Open { start, to } => {
+                let pass = self.pass(start, to, true, listener)?;
+                return Ok(pass.map(|_| Vec::new()));
+            }
         };
         let Some(forward) = self.pass(first, last.0, true, listener)? else { return Ok(None) };
         let Some(mut backward) = self.pass(last, first.0, false, listener)? else {
             return Ok(None);
         };
         backward.reverse();
-        let found = |pass: Vec<(usize, FrameEstimate)>| -> Vec<FrameEstimate> {
-            pass.into_iter().map(|(_, found)| found).collect()
-        };
         let before = |at: usize| before.get(&(first.0 + 1 + at)).copied();
-        let joined = join(first.1, &found(forward), &found(backward), last.1, before);
+        let joined = join(first.1, &forward, &backward, last.1, before);
         Ok(Some((first.0 + 1..).zip(joined).collect()))
     }
 
-    /// Tracks from a box to a frame before or after it.
+    /// Tracks from a box to a frame before or after it. Returns what was found after that of the box.
     fn pass(
         &self,
         start: Anchor,
         to: usize,
         shown: bool,
         listener: &mut dyn Listener,
-    ) -> Result<Option<Vec<(usize, FrameEstimate)>>, Error> {
+    ) -> Result<Option<Vec<FrameEstimate>>, Error> {
         let (first, bbox) = start;
         let backward = to < first;
-        let source = patchlock_media::open_within(&self.video, backward, self.limits)?;
+        let source = self.open(backward)?;
         let mut frames = match backward {
             true => Prefetcher::start(source, (to..=first).rev()),
             false => Prefetcher::start(source, first..=to),
         };
-        let tracker = |frame, reason| Error::Tracker { frame, reason };
         let mut session = None;
         let mut pass = Vec::new();
         let mut next = Some(first);
@@ -117,9 +120,9 @@ impl Engine {
                 return if listener.stopped() { Ok(None) } else { Err(Error::Ended(expected)) };
             };
             let found = self.step(&mut session, &picture, bbox);
-            let found = found.map_err(|reason| tracker(frame, reason))?;
+            let found = found.map_err(|reason| Error::Tracker { frame, reason })?;
             if frame != first {
-                pass.push((frame, found));
+                pass.push(found);
                 listener.found(frame, shown.then(|| found.into()));
             }
             next = match frame {
@@ -142,13 +145,8 @@ impl Engine {
         if let Some(session) = session {
             return Ok(FrameEstimate::from(session.update(&frame)?.0));
         }
-        let (config, pool) = (self.config.clone(), Arc::clone(&self.pool));
+        let Settings { config, pool, .. } = self.settings.clone();
         let (begun, _) = Session::start(config, pool, &frame, bbox)?;
         Ok(FrameEstimate::from(session.insert(begun).estimate()))
     }
-}
-
-/// The boxes of a span that was tracked from one side only.
-fn alone(pass: Option<Vec<(usize, FrameEstimate)>>) -> Option<Vec<(usize, TrackedBox)>> {
-    Some(pass?.into_iter().map(|(frame, found)| (frame, found.into())).collect())
 }

@@ -13,20 +13,15 @@ pub enum TrackRequest {
     /// frame, up to the next hidden stretch or the end; before the first one, only where there are
     /// tracked boxes already.
     Around {
-        /// The target.
         target: u64,
-        /// The frame.
         around: usize,
         /// Last frame to track after the last key frame.
         until: Option<usize>,
     },
     /// On from a frame that has a box, over further key frames up to the next hidden stretch.
     From {
-        /// The target.
         target: u64,
-        /// The frame.
         from: usize,
-        /// Where to.
         direction: Direction,
         /// The last frame of the direction; of both, that of the frames after `from`.
         until: Option<usize>,
@@ -37,11 +32,8 @@ pub enum TrackRequest {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Direction {
-    /// To later frames.
     Forward,
-    /// To earlier frames.
     Backward,
-    /// To both.
     Both,
 }
 
@@ -52,26 +44,9 @@ pub type Anchor = (usize, BoundingBox);
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Span {
     /// Between two boxes that are right.
-    Between {
-        /// The first.
-        first: Anchor,
-        /// The last.
-        last: Anchor,
-    },
-    /// After a box, up to and with the frame `to`.
-    After {
-        /// The box.
-        start: Anchor,
-        /// The last frame.
-        to: usize,
-    },
-    /// Before a box, down to and with the frame `to`.
-    Before {
-        /// The box.
-        start: Anchor,
-        /// The first frame.
-        to: usize,
-    },
+    Between { first: Anchor, last: Anchor },
+    /// From a box to the frame `to`, after or before it, where there is no other box.
+    Open { start: Anchor, to: usize },
 }
 
 impl Span {
@@ -79,14 +54,12 @@ impl Span {
     pub fn steps(&self) -> usize {
         match *self {
             Self::Between { first, last } => 2 * (last.0 - first.0),
-            Self::After { start, to } => to - start.0,
-            Self::Before { start, to } => start.0 - to,
+            Self::Open { start, to } => start.0.abs_diff(to),
         }
     }
 }
 
 impl TrackRequest {
-    /// The target.
     pub fn target(&self) -> u64 {
         match *self {
             Self::Around { target, .. } | Self::From { target, .. } => target,
@@ -102,11 +75,7 @@ pub fn spans(target: &Target, request: TrackRequest, frames: usize) -> Result<Ve
     let (TrackRequest::Around { around: frame, until, .. }
     | TrackRequest::From { from: frame, until, .. }) = request;
     for frame in std::iter::once(frame).chain(until) {
-        if frame >= frames {
-            return Err(format!(
-                "there is no frame {frame}; the video has {frames} frames, from 0"
-            ));
-        }
+        ensure!(frame < frames, "there is no frame {frame}; the video has {frames} frames, from 0");
     }
     let plan = Plan { target, frames };
     let mut spans = match request {
@@ -115,8 +84,7 @@ pub fn spans(target: &Target, request: TrackRequest, frames: usize) -> Result<Ve
     };
     spans.retain(|span| match *span {
         Span::Between { first, last } => last.0 > first.0 + 1,
-        Span::After { start, to } => to > start.0,
-        Span::Before { start, to } => to < start.0,
+        Span::Open { start, to } => to != start.0,
     });
     Ok(spans)
 }
@@ -128,15 +96,12 @@ struct Plan<'a> {
 
 impl Plan<'_> {
     fn around(&self, frame: usize, until: Option<usize>) -> Result<Vec<Span>, String> {
-        if self.target.keys.is_empty() {
-            return Err(format!("target {} has no key frame to track from", self.target.id));
-        }
-        if self.target.is_hidden(frame) {
-            return Err(format!(
-                "target {} is not visible in frame {frame}, as was said: nothing is tracked there",
-                self.target.id
-            ));
-        }
+        let id = self.target.id;
+        ensure!(!self.target.keys.is_empty(), "target {id} has no key frame to track from");
+        ensure!(
+            !self.target.is_hidden(frame),
+            "target {id} is not visible in frame {frame}, as was said: nothing is tracked there"
+        );
         let (before, after) = (self.key_before(frame), self.key_after(frame));
         let mut spans = Vec::new();
         match self.target.keys.get(&frame) {
@@ -200,7 +165,7 @@ impl Plan<'_> {
         match self.key_after(here.0).filter(|next| next.0 <= self.visible_until(start.0)) {
             // The frame `end` is between two key frames: the second one helps all the same.
             Some(next) if here.0 < end => spans.push(Span::Between { first: here, last: next }),
-            _ => spans.push(Span::After { start: here, to: end }),
+            _ => spans.push(Span::Open { start: here, to: end }),
         }
         spans
     }
@@ -215,7 +180,7 @@ impl Plan<'_> {
         }
         match self.key_before(here.0).filter(|next| next.0 >= self.visible_from(start.0)) {
             Some(next) if here.0 > end => spans.push(Span::Between { first: next, last: here }),
-            _ => spans.push(Span::Before { start: here, to: end }),
+            _ => spans.push(Span::Open { start: here, to: end }),
         }
         spans
     }
@@ -227,16 +192,16 @@ impl Plan<'_> {
         if end >= last.0 {
             return vec![Span::Between { first, last }];
         }
-        vec![Span::After { start: first, to: end }, Span::Before { start: last, to: begin }]
+        vec![Span::Open { start: first, to: end }, Span::Open { start: last, to: begin }]
     }
 
     fn after(&self, start: Anchor, until: Option<usize>) -> Span {
         let end = self.visible_until(start.0);
-        Span::After { start, to: until.map_or(end, |until| until.clamp(start.0, end)) }
+        Span::Open { start, to: until.map_or(end, |until| until.clamp(start.0, end)) }
     }
 
     fn before(&self, start: Anchor, to: usize) -> Span {
-        Span::Before { start, to: self.visible_from(start.0).max(to) }
+        Span::Open { start, to: self.visible_from(start.0).max(to) }
     }
 
     /// The frames before the first key frame, if they were tracked before.
@@ -285,13 +250,10 @@ mod tests {
             (frame, TrackedBox { bbox, score: 1.0, status, visible: None, agreement: None })
         };
         Target {
-            id: 1,
-            label: "target".into(),
-            attributes: std::collections::BTreeMap::new(),
-            changes: std::collections::BTreeMap::new(),
             keys: keys.iter().map(key).collect(),
             tracked: tracked.iter().map(found).collect(),
             hidden: hidden.to_vec(),
+            ..Target::new(1, "target".into())
         }
     }
 
@@ -309,12 +271,8 @@ mod tests {
         Span::Between { first: at(first), last: at(last) }
     }
 
-    fn after(start: usize, to: usize) -> Span {
-        Span::After { start: at(start), to }
-    }
-
-    fn before(start: usize, to: usize) -> Span {
-        Span::Before { start: at(start), to }
+    fn open(start: usize, to: usize) -> Span {
+        Span::Open { start: at(start), to }
     }
 
     #[test]
@@ -322,26 +280,26 @@ mod tests {
         let five = target(&[0, 20, 40, 60, 80], &[], &[]);
         assert_eq!(around(&five, 40), [between(20, 40), between(40, 60)]);
         assert_eq!(around(&five, 30), [between(20, 40)]);
-        assert_eq!(around(&five, 80), [between(60, 80), after(80, 99)]);
-        assert_eq!(around(&five, 99), [after(80, 99)]);
+        assert_eq!(around(&five, 80), [between(60, 80), open(80, 99)]);
+        assert_eq!(around(&five, 99), [open(80, 99)]);
         // Nothing is between neighbours.
         assert_eq!(around(&target(&[4, 5, 6], &[], &[]), 5), []);
     }
 
     #[test]
     fn frames_before_the_first_key_are_tracked_only_where_they_were() {
-        assert_eq!(around(&target(&[30], &[], &[]), 30), [after(30, 99)]);
+        assert_eq!(around(&target(&[30], &[], &[]), 30), [open(30, 99)]);
         let tracked = target(&[30], &[], &[12, 13]);
-        assert_eq!(around(&tracked, 30), [before(30, 12), after(30, 99)]);
-        assert_eq!(around(&target(&[30], &[], &[]), 10), [before(30, 0)]);
+        assert_eq!(around(&tracked, 30), [open(30, 12), open(30, 99)]);
+        assert_eq!(around(&target(&[30], &[], &[]), 10), [open(30, 0)]);
     }
 
     #[test]
     fn nothing_is_tracked_where_the_target_is_hidden() {
         let hidden = target(&[10, 50], &[[20, 29], [70, 75]], &[]);
-        assert_eq!(around(&hidden, 50), [after(10, 19), before(50, 30), after(50, 69)]);
-        assert_eq!(from(&hidden, 10, Direction::Forward, None), [after(10, 19)]);
-        assert_eq!(from(&hidden, 50, Direction::Both, None), [before(50, 30), after(50, 69)]);
+        assert_eq!(around(&hidden, 50), [open(10, 19), open(50, 30), open(50, 69)]);
+        assert_eq!(from(&hidden, 10, Direction::Forward, None), [open(10, 19)]);
+        assert_eq!(from(&hidden, 50, Direction::Both, None), [open(50, 30), open(50, 69)]);
         let request = TrackRequest::Around { target: 1, around: 25, until: None };
         assert!(spans(&hidden, request, FRAMES).unwrap_err().contains("not visible in frame 25"));
         // A hidden stretch beside a key leaves nothing.
@@ -353,7 +311,7 @@ mod tests {
         let keys = target(&[10, 30, 50], &[], &[5]);
         assert_eq!(
             from(&keys, 10, Direction::Forward, None),
-            [between(10, 30), between(30, 50), after(50, 99)]
+            [between(10, 30), between(30, 50), open(50, 99)]
         );
         assert_eq!(
             from(&keys, 50, Direction::Backward, Some(20)),
@@ -363,9 +321,9 @@ mod tests {
             from(&keys, 10, Direction::Forward, Some(40)),
             [between(10, 30), between(30, 50)]
         );
-        assert_eq!(from(&keys, 50, Direction::Forward, Some(60)), [after(50, 60)]);
-        assert_eq!(from(&keys, 5, Direction::Both, None)[..2], [before(5, 0), between(5, 10)]);
-        assert_eq!(from(&keys, 10, Direction::Backward, Some(3)), [before(10, 3)]);
+        assert_eq!(from(&keys, 50, Direction::Forward, Some(60)), [open(50, 60)]);
+        assert_eq!(from(&keys, 5, Direction::Both, None)[..2], [open(5, 0), between(5, 10)]);
+        assert_eq!(from(&keys, 10, Direction::Backward, Some(3)), [open(10, 3)]);
     }
 
     #[test]
@@ -405,9 +363,6 @@ mod tests {
 
     #[test]
     fn the_length_of_a_job_is_known() {
-        assert_eq!(
-            [between(10, 30), after(5, 9), before(9, 2)].map(|span| span.steps()),
-            [40, 4, 7]
-        );
+        assert_eq!([between(10, 30), open(5, 9), open(9, 2)].map(|span| span.steps()), [40, 4, 7]);
     }
 }

@@ -35,26 +35,8 @@ struct Line<'a> {
 }
 
 /// The columns of a [`Line`].
-const COLUMNS: [&str; 18] = [
-    "frame",
-    "id",
-    "label",
-    "x",
-    "y",
-    "w",
-    "h",
-    "score",
-    "status",
-    "key",
-    "occluded",
-    "truncated",
-    "hidden",
-    "visible",
-    "agreement",
-    "frame_w",
-    "frame_h",
-    "outline",
-];
+const COLUMNS: &str = "frame,id,label,x,y,w,h,score,status,key,occluded,truncated,hidden,visible,\
+                       agreement,frame_w,frame_h,outline";
 
 /// What the names of columns with attributes begin with.
 pub(crate) const ATTRIBUTE: &str = "attribute:";
@@ -74,7 +56,7 @@ pub fn table(project: &Project) -> Result<String, Error> {
     names.dedup();
     let mut out = csv::WriterBuilder::new().has_headers(false).from_writer(Vec::new());
     let of_attributes = names.iter().map(|name| format!("{ATTRIBUTE}{name}"));
-    let header = COLUMNS.iter().map(|&name| name.to_owned()).chain(of_attributes);
+    let header = COLUMNS.split(',').map(ToOwned::to_owned).chain(of_attributes);
     out.write_record(header).map_err(|error| refused(error.to_string()))?;
     let mut count = 0;
     for (target, metadata) in project.targets.iter().zip(&metadata) {

@@ -8,7 +8,7 @@ use patchlock::{BoundingBox, Status};
 use serde::Deserialize;
 use serde_json::Value;
 
-use super::images::Numbers;
+use super::images::Images;
 use super::{ImportBuilder, Outcome, Outline, Row};
 
 #[derive(Deserialize)]
@@ -92,7 +92,6 @@ struct Attributes {
     visible: Option<f64>,
 }
 
-/// Reads all annotations.
 pub fn read(text: &str, found: &mut ImportBuilder<'_>) -> Outcome {
     let document = match text.trim_start().starts_with('[') {
         true => serde_json::from_slice(text.as_bytes()).map(|results| Document::of(results, found)),
@@ -132,23 +131,20 @@ impl Document {
 }
 
 fn add(document: &Document, found: &mut ImportBuilder<'_>) -> Outcome {
-    if document.videos.len() > 1 {
-        let count = document.videos.len();
-        return Err(format!("the file has {count} videos; a project has one"));
-    }
+    let videos = document.videos.len();
+    ensure!(videos <= 1, "the file has {videos} videos; a project has one");
     let annotated: HashSet<&ImageId> = document.annotations.iter().map(|it| &it.image_id).collect();
-    let numbers = numbers(&document.images, found)?;
+    let without_frame = document.images.iter().filter(|image| image.frame_id.is_none());
+    found.number_images(without_frame.map(|image| image.file_name.as_str()))?;
     let mut frames = HashMap::new();
     for image in &document.images {
         let wrong = |reason| format!("image {}: {reason}", image.id);
         found.check_size(image.width.zip(image.height)).map_err(wrong)?;
         let is_needed = annotated.contains(&image.id);
-        let frame = is_needed.then(|| frame_of(image, found, numbers.as_ref())).transpose();
-        if frames.insert(&image.id, frame.map_err(wrong)?).is_some() {
-            return Err(format!("there are two images with the id {}", image.id));
-        }
+        let frame = is_needed.then(|| frame_of(image, &found.images)).transpose();
+        let before = frames.insert(&image.id, frame.map_err(wrong)?);
+        ensure!(before.is_none(), "there are two images with the id {}", image.id);
     }
-    found.notes.extend(numbers.map(|numbers| numbers.note));
     let names: HashMap<u64, &str> =
         document.categories.iter().map(|category| (category.id, category.name.as_str())).collect();
     for (k, annotation) in document.annotations.iter().enumerate() {
@@ -165,25 +161,11 @@ fn add(document: &Document, found: &mut ImportBuilder<'_>) -> Outcome {
     Ok(())
 }
 
-/// The numbers of the images, if these alone say which frames they are: without a frame_id, in a
-/// video.
-fn numbers(images: &[Image], found: &ImportBuilder<'_>) -> Outcome<Option<Numbers>> {
-    let unknown = || images.iter().filter(|image| image.frame_id.is_none());
-    match found.images.have_names() || unknown().next().is_none() {
-        true => Ok(None),
-        false => Numbers::new(unknown().map(|image| image.file_name.as_str()), found.video.frames)
-            .map(Some),
-    }
-}
-
 /// The frame of an image: by its name in a folder, which says more than a number.
-fn frame_of(image: &Image, found: &ImportBuilder<'_>, numbers: Option<&Numbers>) -> Outcome<usize> {
-    let name = &image.file_name;
-    let named = || found.images.named(name);
-    match (image.frame_id, numbers) {
-        (None, Some(numbers)) => numbers.frame(name),
-        (Some(frame), _) => Ok(named().unwrap_or(frame)),
-        (None, None) => named(),
+fn frame_of(image: &Image, images: &Images) -> Outcome<usize> {
+    match image.frame_id {
+        Some(frame) => Ok(images.named(&image.file_name).unwrap_or(frame)),
+        None => images.frame(&image.file_name),
     }
 }
 

@@ -7,13 +7,10 @@ use super::xml::{Element, Xml};
 use super::{ImportBuilder, Outcome, Outline, Row};
 use crate::project::{Attribute, Kind, check, limits};
 
-/// Reads all tracks.
 pub fn read(text: &str, found: &mut ImportBuilder<'_>) -> Outcome {
     let mut xml = Xml::new(text);
     let root = xml.root()?;
-    if root.name != "annotations" {
-        return Err(format!("the file begins with <{}>, not <annotations>", root.name));
-    }
+    ensure!(root.name == "annotations", "the file begins with <{}>, not <annotations>", root.name);
     let mut size = None;
     while let Some(child) = xml.child()? {
         match child.name.as_str() {
@@ -39,13 +36,10 @@ fn read_meta(xml: &mut Xml<'_>, found: &mut ImportBuilder<'_>) -> Outcome<Option
             read_label(xml, found)?;
             continue;
         }
-        while let Some(child) = xml.child()? {
-            let side = ["width", "height"].iter().position(|name| *name == child.name);
-            let text = xml.text()?;
-            if let Some(side) = side {
-                sides[side] = sides[side].or(text.parse().ok());
-            }
-        }
+        xml.texts(&["width", "height"], |side, text| {
+            sides[side] = sides[side].or(text.parse().ok());
+            Ok(())
+        })?;
     }
     Ok(sides[0].zip(sides[1]))
 }
@@ -85,14 +79,10 @@ fn read_label(xml: &mut Xml<'_>, found: &mut ImportBuilder<'_>) -> Outcome {
 /// default, is that of a text, so that no value is lost.
 fn definition(xml: &mut Xml<'_>) -> Outcome<Attribute> {
     let mut parts: [String; 5] = Default::default();
-    while let Some(child) = xml.child()? {
-        let names = ["name", "mutable", "input_type", "default_value", "values"];
-        let part = names.iter().position(|name| *name == child.name);
-        let text = xml.text()?;
-        if let Some(part) = part {
-            parts[part] = text;
-        }
-    }
+    xml.texts(&["name", "mutable", "input_type", "default_value", "values"], |part, text| {
+        parts[part] = text;
+        Ok(())
+    })?;
     let [name, mutable, kind, default, values] = parts;
     let values: Vec<String> = values.lines().map(|value| value.trim().to_owned()).collect();
     let number = |k: usize| values.get(k).and_then(|text| text.parse::<f64>().ok());
@@ -120,31 +110,25 @@ fn definition(xml: &mut Xml<'_>) -> Outcome<Attribute> {
 }
 
 fn add_track(xml: &mut Xml<'_>, track: &Element, found: &mut ImportBuilder<'_>) -> Outcome {
-    let required = |xml: &Xml<'_>, element: &Element, name: &str| {
-        let value = attribute(element, name).map(str::to_owned);
-        value.map_err(|reason| format!("line {}: {reason}", xml.line_of(element)))
-    };
     let (id, label) = (required(xml, track, "id")?, required(xml, track, "label")?);
-    let (id, label) = (id.as_str(), label.as_str());
     let mut boxes = Vec::new();
     while let Some(element) = xml.child()? {
         match element.name.as_str() {
             "box" | "polygon" => {
                 let frame = required(xml, &element, "frame")?;
-                let frame = frame.parse().map_err(|_| {
-                    format!("line {}: the frame is {frame:?}", xml.line_of(&element))
-                })?;
-                let shape = CvatShape::read(xml, &element, frame, label)?;
-                if shape.outside && frame >= found.video.frames {
+                let frame = frame
+                    .parse()
+                    .map_err(|_| xml.in_line(&element, format!("the frame is {frame:?}")))?;
+                let row = read_shape(xml, &element, frame, label)?;
+                if row.hidden && frame >= found.video.frames {
                     // CVAT ends a track so after the last frame of a job.
                     found.leave_out("box outside after the last frame");
                     continue;
                 }
-                let row = Row { track: Some(id.to_owned()), ..shape.row };
-                boxes.push((CvatShape { row, ..shape }, element));
+                boxes.push((Row { track: Some(id.to_owned()), ..row }, element));
             }
             "attribute" => {
-                let name = required(xml, &element, "name")?;
+                let name = required(xml, &element, "name")?.to_owned();
                 let value = xml.text()?;
                 found.target(Some(id), Some(label)).attributes.insert(name, value);
             }
@@ -154,14 +138,13 @@ fn add_track(xml: &mut Xml<'_>, track: &Element, found: &mut ImportBuilder<'_>) 
             }
         }
     }
-    boxes.sort_by_key(|(shape, _)| shape.row.frame);
+    boxes.sort_by_key(|(row, _)| row.frame);
     let end = found.video.frames;
-    for (k, (shape, element)) in boxes.iter().enumerate() {
-        let next = boxes.get(k + 1).map_or(end, |(next, _)| next.row.frame);
-        let wrong = |reason| format!("line {}: {reason}", xml.line_of(element));
-        found.add(&shape.row).map_err(wrong)?;
-        if shape.outside && next > shape.row.frame {
-            found.hide(Some(id), Some(label), [shape.row.frame, next - 1]);
+    for (k, (row, element)) in boxes.iter().enumerate() {
+        let next = boxes.get(k + 1).map_or(end, |(next, _)| next.frame);
+        found.add(row).map_err(|reason| xml.in_line(element, reason))?;
+        if row.hidden && next > row.frame {
+            found.hide(Some(id), Some(label), [row.frame, next - 1]);
         }
     }
     Ok(())
@@ -172,10 +155,8 @@ fn add_image(xml: &mut Xml<'_>, image: &Element, found: &mut ImportBuilder<'_>) 
     let mut boxes = Vec::new();
     while let Some(element) = xml.child()? {
         if matches!(element.name.as_str(), "box" | "polygon") {
-            let label = attribute(&element, "label");
-            let label =
-                label.map_err(|reason| format!("line {}: {reason}", xml.line_of(&element)))?;
-            boxes.push(CvatShape::read(xml, &element, 0, label)?);
+            let label = required(xml, &element, "label")?;
+            boxes.push(read_shape(xml, &element, 0, label)?);
         } else {
             found.leave_out(&element.name);
             xml.text()?;
@@ -192,56 +173,46 @@ fn add_image(xml: &mut Xml<'_>, image: &Element, found: &mut ImportBuilder<'_>) 
         }
     };
     // The line is looked for only if it is needed.
-    let wrong = |reason| format!("line {}: {reason}", xml.line_of(image));
+    let wrong = |reason| xml.in_line(image, reason);
     let frame = frame().map_err(wrong)?;
-    for shape in boxes {
-        found.add(&Row { frame, ..shape.row }).map_err(wrong)?;
+    for row in boxes {
+        found.add(&Row { frame, ..row }).map_err(wrong)?;
     }
     Ok(())
 }
 
-/// A box of a track or of an image.
-struct CvatShape {
-    row: Row,
-    outside: bool,
+/// Reads an open box or polygon to its end. One that is outside is hidden.
+fn read_shape(xml: &mut Xml<'_>, element: &Element, frame: usize, label: &str) -> Outcome<Row> {
+    let row = shape(element, frame, label);
+    let mut row = row.map_err(|reason| xml.in_line(element, reason))?;
+    while let Some(child) = xml.child()? {
+        let value = xml.text()?;
+        match child.attribute("name").filter(|_| child.name == "attribute") {
+            Some(TRUNCATED) => row.truncated |= value == "true",
+            Some(name) => row.values.push((name.to_owned(), value)),
+            None => {}
+        }
+    }
+    Ok(row)
 }
 
-impl CvatShape {
-    /// Reads the open element to its end.
-    fn read(xml: &mut Xml<'_>, element: &Element, frame: usize, label: &str) -> Outcome<Self> {
-        let read = Self::of(element, frame, label);
-        let mut shape =
-            read.map_err(|reason| format!("line {}: {reason}", xml.line_of(element)))?;
-        while let Some(child) = xml.child()? {
-            let value = xml.text()?;
-            match child.attribute("name").filter(|_| child.name == "attribute") {
-                Some(TRUNCATED) => shape.row.truncated |= value == "true",
-                Some(name) => shape.row.values.push((name.to_owned(), value)),
-                None => {}
-            }
-        }
-        Ok(shape)
-    }
-
-    fn of(element: &Element, frame: usize, label: &str) -> Outcome<Self> {
-        let (bbox, outline) = match element.name.as_str() {
-            "polygon" => polygon(attribute(element, "points")?)?,
-            _ => rotated_box(element)?,
-        };
-        let is = |name: &str| element.attribute(name) == Some("1");
-        let outside = is("outside");
-        let row = Row {
-            frame,
-            label: Some(label.to_owned()),
-            bbox: Some(bbox).filter(|_| !outside),
-            outline,
-            hidden: outside,
-            key: Some(element.attribute("keyframe") != Some("0")),
-            occluded: is("occluded"),
-            ..Row::default()
-        };
-        Ok(Self { row, outside })
-    }
+fn shape(element: &Element, frame: usize, label: &str) -> Outcome<Row> {
+    let (bbox, outline) = match element.name.as_str() {
+        "polygon" => polygon(attribute(element, "points")?)?,
+        _ => rotated_box(element)?,
+    };
+    let is = |name: &str| element.attribute(name) == Some("1");
+    let outside = is("outside");
+    Ok(Row {
+        frame,
+        label: Some(label.to_owned()),
+        bbox: Some(bbox).filter(|_| !outside),
+        outline,
+        hidden: outside,
+        key: Some(element.attribute("keyframe") != Some("0")),
+        occluded: is("occluded"),
+        ..Row::default()
+    })
 }
 
 /// The upright box around a polygon, and the polygon.
@@ -259,15 +230,18 @@ fn rotated_box(element: &Element) -> Outcome<(BoundingBox, Option<Outline>)> {
     let (x, y) = (number("xtl")?, number("ytl")?);
     let bbox = BoundingBox { x, y, w: number("xbr")? - x, h: number("ybr")? - y };
     let rotation = element.attribute("rotation").map_or(Ok(0.0), |_| number("rotation"))?;
-    if !rotation.is_finite() {
-        return Err(format!("rotation is {rotation}; allowed: a number of degrees"));
-    }
+    ensure!(rotation.is_finite(), "rotation is {rotation}; allowed: a number of degrees");
     let outline = (rotation != 0.0).then(|| Outline::of_box(bbox, rotation));
     Ok((outline.as_ref().map_or(bbox, Outline::bounds), outline))
 }
 
 /// The attribute of a box of which a part is outside the frame.
 const TRUNCATED: &str = "truncated";
+
+/// An attribute without which the file is wrong, in the line of the element.
+fn required<'a>(xml: &Xml<'_>, element: &'a Element, name: &str) -> Outcome<&'a str> {
+    attribute(element, name).map_err(|reason| xml.in_line(element, reason))
+}
 
 fn attribute<'a>(element: &'a Element, name: &str) -> Outcome<&'a str> {
     element.attribute(name).ok_or_else(|| format!("<{}> has no {name}", element.name))

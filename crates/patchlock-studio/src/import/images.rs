@@ -22,6 +22,9 @@ pub struct Images {
     frames: HashMap<String, Option<usize>>,
     /// The same by the numbers that names without ending are: `0042` is 42.
     numbers: HashMap<u64, Option<usize>>,
+    /// The number of the image that is frame 0, if images are known by the numbers at the ends of
+    /// their names.
+    first: Option<usize>,
 }
 
 impl Images {
@@ -37,7 +40,7 @@ impl Images {
         }
         // A whole name is that of one image.
         frames.extend(names.iter().enumerate().map(|(frame, name)| (name.clone(), Some(frame))));
-        Self { frames, numbers }
+        Self { frames, numbers, first: None }
     }
 
     /// Whether the frames have names.
@@ -57,24 +60,18 @@ impl Images {
         })
     }
 
-    /// The frame of the only image whose name is this number.
-    pub fn numbered(&self, number: u64) -> Option<usize> {
-        self.numbers.get(&number).copied().flatten()
-    }
-}
-
-/// The frames of images of a video, which have numbers at the ends of their names. Names such as
-/// `frame_000012`, which we and CVAT give to frames, count from 0. Others count from 0 or 1, or from
-/// the lowest number if the highest is beyond the video.
-pub struct Numbers {
-    first: usize,
-    /// What is to be said of it.
-    pub note: String,
-}
-
-impl Numbers {
-    /// Those of all images of a file, for a video of so many frames.
-    pub fn new<'n>(names: impl Iterator<Item = &'n str>, frames: usize) -> Outcome<Self> {
+    /// Takes the numbers at the ends of these names of images for those of the frames, which have no
+    /// names, of which there are so many. Names such as `frame_000012`, which we and CVAT give to
+    /// frames, count from 0. Others count from 0 or 1, or from the lowest number if the highest is
+    /// beyond the video. Returns what is to be said of it.
+    pub fn number<'n>(
+        &mut self,
+        names: impl Iterator<Item = &'n str>,
+        frames: usize,
+    ) -> Outcome<Option<String>> {
+        if self.have_names() {
+            return Ok(None);
+        }
         let mut lowest: Option<(usize, &str)> = None;
         let mut highest = 0;
         let mut from_zero = true;
@@ -86,22 +83,33 @@ impl Numbers {
                 lowest = Some((number, name));
             }
         }
-        let (first, name) = match lowest.filter(|_| !from_zero) {
-            None => (0, "frame_000000"),
+        let Some((lowest, name)) = lowest else { return Ok(None) };
+        let (first, name) = if from_zero {
+            (0, "frame_000000")
+        } else if lowest > 1 && highest <= frames {
             // Files leave out images without boxes, also the first ones.
-            Some((lowest, _)) if lowest > 1 && highest <= frames => (1, "1"),
-            Some((lowest, name)) => (lowest, stem_of(name)),
+            (1, "1")
+        } else {
+            (lowest, stem_of(name))
         };
-        let note = format!(
+        self.first = Some(first);
+        Ok(Some(format!(
             "The images are matched with the frames by the numbers at the ends of their names: {name} is \
              frame 0"
-        );
-        Ok(Self { first, note })
+        )))
     }
 
-    /// The frame of an image of the file.
+    /// The frame of an image of the file, by its number or its name.
     pub fn frame(&self, name: &str) -> Outcome<usize> {
-        Ok(number(name)?.saturating_sub(self.first))
+        match self.first {
+            Some(first) => Ok(number(name)?.saturating_sub(first)),
+            None => self.named(name),
+        }
+    }
+
+    /// The frame of the only image whose name is this number.
+    pub fn numbered(&self, number: u64) -> Option<usize> {
+        self.numbers.get(&number).copied().flatten()
     }
 }
 

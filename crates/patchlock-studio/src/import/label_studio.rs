@@ -9,7 +9,6 @@ use patchlock::BoundingBox;
 use serde::Deserialize;
 use serde_json::Value;
 
-use super::images::Numbers;
 use super::{ImportBuilder, Outcome, Outline, Row};
 
 #[derive(Deserialize)]
@@ -85,37 +84,27 @@ impl Task {
     }
 }
 
-/// Reads all tasks.
 pub fn read(text: &str, found: &mut ImportBuilder<'_>) -> Outcome {
     let tasks: Vec<Task> =
         serde_json::from_slice(text.as_bytes()).map_err(|error| error.to_string())?;
     let is_video = |task: &Task| task.regions().any(|region| region.kind == "videorectangle");
     let videos = tasks.iter().filter(|task| is_video(task)).count();
-    if videos > 1 {
-        return Err(format!("the file has {videos} videos; a project has one"));
-    }
+    ensure!(videos <= 1, "the file has {videos} videos; a project has one");
     let is_image = |task: &&Task| task.regions().any(|region| region.kind == "rectanglelabels");
-    let images = || tasks.iter().filter(is_image).map(Task::image);
-    let numbered = !found.images.have_names() && images().next().is_some();
-    let numbers = numbered.then(|| Numbers::new(images(), found.video.frames)).transpose()?;
+    found.number_images(tasks.iter().filter(is_image).map(Task::image))?;
     for task in &tasks {
         for (k, region) in task.regions().enumerate() {
             let wrong = |reason: String| format!("region {}: {reason}", k + 1);
             match region.kind.as_str() {
                 "videorectangle" => add_sequence(region, found).map_err(wrong)?,
                 "rectanglelabels" => {
-                    let name = task.image();
-                    let frame = match &numbers {
-                        Some(numbers) => numbers.frame(name),
-                        None => found.images.named(name),
-                    };
-                    add_rectangle(region, frame?, found).map_err(wrong)?;
+                    let frame = found.images.frame(task.image())?;
+                    add_rectangle(region, frame, found).map_err(wrong)?;
                 }
                 kind => found.leave_out(if kind.is_empty() { "region" } else { kind }),
             }
         }
     }
-    found.notes.extend(numbers.map(|numbers| numbers.note));
     Ok(())
 }
 

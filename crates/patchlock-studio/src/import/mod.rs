@@ -77,27 +77,23 @@ impl Format {
 
     /// The name on the command line.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Csv => "csv",
-            Self::Mot => "mot",
-            Self::Cvat => "cvat",
-            Self::Coco => "coco",
-            Self::LabelStudio => "label-studio",
-            Self::Yolo => "yolo",
-            Self::Voc => "voc",
-        }
+        self.names().0
     }
 
     /// The name for people, with the endings of its files.
     pub fn title(self) -> &'static str {
+        self.names().1
+    }
+
+    fn names(self) -> (&'static str, &'static str) {
         match self {
-            Self::Csv => "Patchlock table (.csv, .jsonl)",
-            Self::Mot => "MOTChallenge (.txt)",
-            Self::Cvat => "CVAT for video or for images 1.1 (.xml)",
-            Self::Coco => "COCO, a data set or results (.json)",
-            Self::LabelStudio => "Label Studio (.json)",
-            Self::Yolo => "YOLO (.txt of all images, with data.yaml or classes.txt)",
-            Self::Voc => "Pascal VOC (.xml of all images)",
+            Self::Csv => ("csv", "Patchlock table (.csv, .jsonl)"),
+            Self::Mot => ("mot", "MOTChallenge (.txt)"),
+            Self::Cvat => ("cvat", "CVAT for video or for images 1.1 (.xml)"),
+            Self::Coco => ("coco", "COCO, a data set or results (.json)"),
+            Self::LabelStudio => ("label-studio", "Label Studio (.json)"),
+            Self::Yolo => ("yolo", "YOLO (.txt of all images, with data.yaml or classes.txt)"),
+            Self::Voc => ("voc", "Pascal VOC (.xml of all images)"),
         }
     }
 
@@ -281,6 +277,13 @@ impl<'a> ImportBuilder<'a> {
         }
     }
 
+    /// Finds the frames of images with these names by numbers, if the frames have no names.
+    fn number_images<'n>(&mut self, names: impl Iterator<Item = &'n str>) -> Outcome {
+        let note = self.images.number(names, self.video.frames)?;
+        self.notes.extend(note);
+        Ok(())
+    }
+
     /// Counts a shape that is left out.
     fn leave_out(&mut self, what: &str) {
         count(&mut self.left_out, what);
@@ -300,15 +303,8 @@ impl<'a> ImportBuilder<'a> {
             if let Some(track) = track {
                 self.places.insert(track.to_owned(), place);
             }
-            self.targets.push(Target {
-                id: place as u64 + 1,
-                label: label.unwrap_or(self.label).to_owned(),
-                attributes: BTreeMap::new(),
-                changes: BTreeMap::new(),
-                keys: BTreeMap::new(),
-                tracked: BTreeMap::new(),
-                hidden: Vec::new(),
-            });
+            let label = label.unwrap_or(self.label).to_owned();
+            self.targets.push(Target::new(place as u64 + 1, label));
             self.hidden.push(Spans::default());
             place
         })
@@ -354,14 +350,13 @@ impl<'a> ImportBuilder<'a> {
 
     /// Compares the size of the frames in the file with the video, if the file has it.
     fn check_size(&self, size: Option<(usize, usize)>) -> Outcome {
-        let video = (self.video.width, self.video.height);
-        match size.filter(|size| *size != video) {
-            Some(size) => Err(format!(
-                "it is for frames of {} x {} pixels; those of the video are {} x {}",
-                size.0, size.1, video.0, video.1
-            )),
-            None => Ok(()),
-        }
+        let (width, height) = (self.video.width, self.video.height);
+        let (w, h) = size.unwrap_or((width, height));
+        ensure!(
+            (w, h) == (width, height),
+            "it is for frames of {w} x {h} pixels; those of the video are {width} x {height}"
+        );
+        Ok(())
     }
 
     /// Forgets attributes without a value: a table has a cell of each attribute in each row.
@@ -382,15 +377,12 @@ impl<'a> ImportBuilder<'a> {
             target.hidden = hidden.into_stretches();
         }
         targets.retain(|target| !target.keys.is_empty() || !target.tracked.is_empty());
-        match targets.is_empty() {
-            true => {
-                Err([vec!["there are no boxes in the file".to_owned()], notes].concat().join(". "))
-            }
-            false => {
-                declared.retain(|label, _| targets.iter().any(|target| target.label == *label));
-                Ok(ImportResult { targets, declared, notes })
-            }
+        if targets.is_empty() {
+            notes.insert(0, "there are no boxes in the file".to_owned());
+            return Err(notes.join(". "));
         }
+        declared.retain(|label, _| targets.iter().any(|target| target.label == *label));
+        Ok(ImportResult { targets, declared, notes })
     }
 }
 

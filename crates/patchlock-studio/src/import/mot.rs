@@ -7,7 +7,6 @@ use super::{ImportBuilder, Outcome, Row};
 /// The columns of ground truth, which has a class and the visible share; results have ten.
 const TRUTH: usize = 9;
 
-/// Reads all lines.
 pub fn read(text: &str, found: &mut ImportBuilder<'_>) -> Outcome {
     for (k, line) in text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty()) {
         row(line)
@@ -19,12 +18,11 @@ pub fn read(text: &str, found: &mut ImportBuilder<'_>) -> Outcome {
 
 fn row(line: &str) -> Outcome<Row> {
     let cells: Vec<&str> = line.split(',').map(str::trim).collect();
-    if cells.len() < 6 {
-        return Err(format!(
-            "there are {} columns; at least six are needed: frame,id,left,top,width,height",
-            cells.len()
-        ));
-    }
+    ensure!(
+        cells.len() >= 6,
+        "there are {} columns; at least six are needed: frame,id,left,top,width,height",
+        cells.len()
+    );
     let number = |k: usize| {
         let cell = cells[k];
         cell.parse::<f64>().map_err(|_| format!("column {} is {cell:?}, not a number", k + 1))

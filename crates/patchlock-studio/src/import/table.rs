@@ -53,11 +53,8 @@ pub fn read(text: &str, found: &mut ImportBuilder<'_>) -> Outcome {
     }
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.as_bytes());
     let columns = reader.headers().map_err(|error| error.to_string())?;
-    if let Some(missing) = ["frame", "x", "y", "w", "h"]
-        .iter()
-        .find(|name| !columns.iter().any(|column| column == **name))
-    {
-        return Err(format!("there is no column {missing}"));
+    for name in ["frame", "x", "y", "w", "h"] {
+        ensure!(columns.iter().any(|column| column == name), "there is no column {name}");
     }
     let columns = columns.clone();
     let mut record = csv::StringRecord::new();
@@ -97,9 +94,7 @@ impl Line {
         let first =
             bbox.is_some() && begun.insert(id) && self.score.is_none_or(|score| score == 1.0);
         let hidden = self.hidden.unwrap_or(false);
-        if hidden && bbox.is_some() {
-            return Err("the target is hidden and has a box".to_owned());
-        }
+        ensure!(!hidden || bbox.is_none(), "the target is hidden and has a box");
         let outline = self.outline.filter(|text| !text.is_empty());
         Ok(Row {
             outline: outline.map(|text| text.parse()).transpose()?,

@@ -3,7 +3,6 @@
 
 use patchlock::BoundingBox;
 
-use super::images::Numbers;
 use super::xml::Xml;
 use super::{File, ImportBuilder, Outcome, Row, text_of};
 
@@ -15,7 +14,6 @@ struct Annotation {
     rows: Vec<Row>,
 }
 
-/// Reads all files.
 pub fn read(files: &[File], found: &mut ImportBuilder<'_>) -> Outcome {
     let mut all = Vec::new();
     // A file that is read by itself has no name.
@@ -28,41 +26,28 @@ pub fn read(files: &[File], found: &mut ImportBuilder<'_>) -> Outcome {
         let image = if read.image.is_empty() { file.name.clone() } else { read.image };
         all.push(Annotation { image, ..read });
     }
-    let names = all.iter().map(|it| it.image.as_str());
-    let numbered = !found.images.have_names() && !all.is_empty();
-    let numbers = numbered.then(|| Numbers::new(names, found.video.frames)).transpose()?;
+    found.number_images(all.iter().map(|it| it.image.as_str()))?;
     for Annotation { image, rows, .. } in all.iter().filter(|it| !it.rows.is_empty()) {
-        let frame = match &numbers {
-            Some(numbers) => numbers.frame(image)?,
-            None => found.images.named(image)?,
-        };
+        let frame = found.images.frame(image)?;
         for row in rows {
             let row = Row { frame, ..row.clone() };
             found.add(&row).map_err(|reason| format!("{image}: {reason}"))?;
         }
     }
-    found.notes.extend(numbers.map(|numbers| numbers.note));
     Ok(())
 }
 
 fn annotation(xml: &mut Xml<'_>) -> Outcome<Annotation> {
     let root = xml.root()?;
-    if root.name != "annotation" {
-        return Err(format!("the file begins with <{}>, not <annotation>", root.name));
-    }
+    ensure!(root.name == "annotation", "the file begins with <{}>, not <annotation>", root.name);
     let mut read = Annotation::default();
     while let Some(child) = xml.child()? {
         match child.name.as_str() {
             "filename" => read.image = xml.text()?,
-            "size" => {
-                while let Some(side) = xml.child()? {
-                    let place = ["width", "height"].iter().position(|name| *name == side.name);
-                    let text = xml.text()?;
-                    if let Some(place) = place {
-                        read.size[place] = text.parse().ok();
-                    }
-                }
-            }
+            "size" => xml.texts(&["width", "height"], |side, text| {
+                read.size[side] = text.parse().ok();
+                Ok(())
+            })?,
             "object" => read.rows.push(object(xml)?),
             _ => drop(xml.text()?),
         }
@@ -78,18 +63,12 @@ fn object(xml: &mut Xml<'_>) -> Outcome<Row> {
             "truncated" => row.truncated = xml.text()? == "1",
             "occluded" => row.occluded = xml.text()? == "1",
             "bndbox" => {
-                while let Some(side) = xml.child()? {
-                    let names = ["xmin", "ymin", "xmax", "ymax"];
-                    let place = names.iter().position(|name| *name == side.name);
-                    let text = xml.text()?;
-                    if let Some(place) = place {
-                        let number = text.parse::<f64>();
-                        sides[place] =
-                            Some(number.map_err(|_| {
-                                format!("{} is {text:?}, not a number", names[place])
-                            })?);
-                    }
-                }
+                let names = ["xmin", "ymin", "xmax", "ymax"];
+                xml.texts(&names, |side, text| {
+                    let wrong = |_| format!("{} is {text:?}, not a number", names[side]);
+                    sides[side] = Some(text.parse::<f64>().map_err(wrong)?);
+                    Ok(())
+                })?;
             }
             _ => drop(xml.text()?),
         }

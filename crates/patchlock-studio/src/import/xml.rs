@@ -85,6 +85,23 @@ impl<'a> Xml<'a> {
         Ok(text.trim().to_owned())
     }
 
+    /// Reads the open element to its end. The texts of elements directly within it that have one of
+    /// these names are taken, with the place of the name.
+    pub fn texts(
+        &mut self,
+        names: &[&str],
+        mut take: impl FnMut(usize, String) -> Outcome,
+    ) -> Outcome {
+        while let Some(child) = self.child()? {
+            let place = names.iter().position(|name| *name == child.name);
+            let text = self.text()?;
+            if let Some(place) = place {
+                take(place, text)?;
+            }
+        }
+        Ok(())
+    }
+
     /// Reads on to the end of the outermost of this many open elements, or to the beginning of the
     /// next element in it with one of these names, which is returned.
     pub fn find(&mut self, depth: usize, names: &[&'static str]) -> Outcome<Option<&'static str>> {
@@ -113,8 +130,13 @@ impl<'a> Xml<'a> {
 
     /// The line in which an element begins. It counts the lines before it, so it is asked only for
     /// errors.
-    pub fn line_of(&self, element: &Element) -> usize {
+    fn line_of(&self, element: &Element) -> usize {
         self.line_at(element.at)
+    }
+
+    /// The reason of an error, with the line in which an element begins.
+    pub fn in_line(&self, element: &Element, reason: String) -> String {
+        format!("line {}: {reason}", self.line_of(element))
     }
 
     fn line_at(&self, at: usize) -> usize {

@@ -4,10 +4,8 @@
 
 use patchlock::BoundingBox;
 
-use super::images::Numbers;
 use super::{File, ImportBuilder, Outcome, Outline, Row, text_of};
 
-/// Reads all files.
 pub fn read(files: &[File], found: &mut ImportBuilder<'_>) -> Outcome {
     let mut classes = Vec::new();
     let mut labels = Vec::new();
@@ -29,27 +27,19 @@ pub fn read(files: &[File], found: &mut ImportBuilder<'_>) -> Outcome {
                 .to_owned(),
         );
     }
-    let names = labels.iter().map(|(file, _)| file.name.as_str());
-    let numbers = (!found.images.have_names())
-        .then(|| Numbers::new(names, found.video.frames))
-        .transpose()?;
+    found.number_images(labels.iter().map(|(file, _)| file.name.as_str()))?;
     for (file, text) in &labels {
         let wrong = |reason: String| format!("{}: {reason}", file.name);
         if text.trim().is_empty() {
             continue;
         }
-        let frame = match &numbers {
-            Some(numbers) => numbers.frame(&file.name),
-            None => found.images.named(&file.name),
-        };
-        let frame = frame.map_err(wrong)?;
+        let frame = found.images.frame(&file.name).map_err(wrong)?;
         for (k, line) in text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty()) {
             let at_line = |reason: String| wrong(format!("line {}: {reason}", k + 1));
             let row = row(line, frame, &classes, found).map_err(at_line)?;
             found.add(&row).map_err(at_line)?;
         }
     }
-    found.notes.extend(numbers.map(|numbers| numbers.note));
     Ok(())
 }
 

@@ -11,9 +11,9 @@ pub struct PageFile {
     pub bytes: &'static [u8],
 }
 
-const HTML: &str = "text/html; charset=utf-8";
-const SCRIPT: &str = "text/javascript; charset=utf-8";
-const STYLE: &str = "text/css; charset=utf-8";
+pub const HTML: &str = "text/html; charset=utf-8";
+pub const SCRIPT: &str = "text/javascript; charset=utf-8";
+pub const STYLE: &str = "text/css; charset=utf-8";
 const SVG: &str = "image/svg+xml";
 
 /// Declares a file of this folder.
@@ -23,7 +23,7 @@ macro_rules! file {
     };
 }
 
-/// All files; the first is served for the address without a path.
+/// All files; `index.html` is served for the address without a path.
 pub const FILES: &[PageFile] = &[
     file!("index.html", HTML),
     file!("style.css", STYLE),

@@ -9,12 +9,10 @@ use super::{Changes, Frames, Key, Label, Project, Remark, Target, TrackedBox, Vi
 
 /// The limits of a project.
 pub mod limits {
-    /// Longest name of a label or an attribute, in characters.
-    pub const NAME: usize = patchlock_track::attributes::NAME;
-    /// Longest value of an attribute, in characters.
-    pub const VALUE: usize = patchlock_track::attributes::VALUE;
-    /// Most attributes of a target or a label.
-    pub const ATTRIBUTES: usize = patchlock_track::attributes::ATTRIBUTES;
+    /// Of names of labels and attributes, of values of attributes, and of attributes of a target or a
+    /// label.
+    pub use patchlock_track::attributes::{ATTRIBUTES, NAME, VALUE};
+
     /// Most changes of attributes of a target, in all frames together.
     pub const CHANGES: usize = 100_000;
     /// Longest text of a remark, in characters.
@@ -45,16 +43,12 @@ pub fn project(project: &Project) -> Result {
     let mut names = HashSet::new();
     for label in labels {
         self::label(label)?;
-        if !names.insert(&label.name) {
-            return Err(format!("the label {:?} appears twice", label.name));
-        }
+        ensure!(names.insert(&label.name), "the label {:?} appears twice", label.name);
     }
     let mut ids = HashSet::new();
     for target in targets {
         let in_target = |reason| format!("target {}: {reason}", target.id);
-        if !ids.insert(target.id) {
-            return Err(format!("there are two targets with the id {}", target.id));
-        }
+        ensure!(ids.insert(target.id), "there are two targets with the id {}", target.id);
         self::target(target, labels, video).map_err(in_target)?;
     }
     at_most("remarks", remarks.len(), limits::REMARKS)?;
@@ -66,41 +60,34 @@ pub fn project(project: &Project) -> Result {
         self::remark(remark, project).map_err(wrong)?;
     }
     let largest = ids.into_iter().max().unwrap_or(0);
-    if *next_id <= largest || *next_id > limits::ID {
-        return Err(format!(
-            "next_id is {next_id}; it must be above {largest}, the largest id in use, and at most {}",
-            limits::ID
-        ));
-    }
+    ensure!(
+        *next_id > largest && *next_id <= limits::ID,
+        "next_id is {next_id}; it must be above {largest}, the largest id in use, and at most {}",
+        limits::ID
+    );
     Ok(())
 }
 
 /// Checks a number of things.
 pub fn at_most(what: &str, count: usize, most: usize) -> Result {
-    match count <= most {
-        true => Ok(()),
-        false => Err(format!("there are {count} {what}; at most {most} are allowed")),
-    }
+    ensure!(count <= most, "there are {count} {what}; at most {most} are allowed");
+    Ok(())
 }
 
 /// Checks what is said of the video.
 pub fn video(video: &Video) -> Result {
+    let Video { frames, width, height, .. } = video;
+    ensure!(
+        (1..=limits::FRAMES).contains(frames),
+        "the video has {frames} frames; allowed: 1 to {}",
+        limits::FRAMES
+    );
     let side = 1..=limits::SIDE as usize;
-    if !(1..=limits::FRAMES).contains(&video.frames) {
-        return Err(format!(
-            "the video has {} frames; allowed: 1 to {}",
-            video.frames,
-            limits::FRAMES
-        ));
-    }
-    if !side.contains(&video.width) || !side.contains(&video.height) {
-        return Err(format!(
-            "the frames are {} x {} pixels; allowed: 1 to {} for each side",
-            video.width,
-            video.height,
-            limits::SIDE
-        ));
-    }
+    ensure!(
+        side.contains(width) && side.contains(height),
+        "the frames are {width} x {height} pixels; allowed: 1 to {} for each side",
+        limits::SIDE
+    );
     if video.hash.len() != 64 || !video.hash.bytes().all(|digit| digit.is_ascii_hexdigit()) {
         return Err("the hash of the video is not 64 hexadecimal digits".to_owned());
     }
@@ -110,22 +97,26 @@ pub fn video(video: &Video) -> Result {
 /// Checks a remark by itself.
 pub fn remark(remark: &Remark, project: &Project) -> Result {
     frame(remark.frame, &project.video)?;
-    if !(1..limits::ID).contains(&remark.id) {
-        return Err(format!("the id is {}; allowed: 1 to {}", remark.id, limits::ID - 1));
-    }
-    if let Some(target) = remark.target.filter(|&id| project.target(id).is_none()) {
-        return Err(format!("there is no target {target}"));
+    id(remark.id)?;
+    if let Some(target) = remark.target {
+        ensure!(project.target(target).is_some(), "there is no target {target}");
     }
     let length = remark.text.chars().count();
     let is_control = |c: char| c.is_control() && c != '\n';
-    match length > limits::REMARK || remark.text.chars().any(is_control) {
-        true => Err(format!(
-            "the text {:?} has {length} characters; allowed: at most {}, no control characters",
-            shortened(&remark.text),
-            limits::REMARK
-        )),
-        false => Ok(()),
-    }
+    ensure!(
+        length <= limits::REMARK && !remark.text.chars().any(is_control),
+        "the text {:?} has {length} characters; allowed: at most {}, no control characters",
+        shortened(&remark.text),
+        limits::REMARK
+    );
+    Ok(())
+}
+
+/// Checks the id of a remark or a target.
+fn id(id: u64) -> Result {
+    let largest = limits::ID - 1;
+    ensure!((1..=largest).contains(&id), "the id is {id}; allowed: 1 to {largest}");
+    Ok(())
 }
 
 /// Checks a label by itself.
@@ -133,21 +124,18 @@ pub fn label(label: &Label) -> Result {
     name("name of the label", &label.name)?;
     let colour = label.colour.as_bytes();
     let digits = colour.strip_prefix(b"#").unwrap_or_default();
-    if digits.len() != 6 || !digits.iter().all(u8::is_ascii_hexdigit) {
-        return Err(format!(
-            "the colour {:?} is not #rrggbb, in hexadecimal digits",
-            shortened(&label.colour)
-        ));
-    }
+    ensure!(
+        digits.len() == 6 && digits.iter().all(u8::is_ascii_hexdigit),
+        "the colour {:?} is not #rrggbb, in hexadecimal digits",
+        shortened(&label.colour)
+    );
     let of_label = |reason| format!("the label {:?}: {reason}", shortened(&label.name));
     declared(&label.attributes).map_err(of_label)
 }
 
 /// Checks a target with all its frames.
 pub fn target(target: &Target, labels: &[Label], video: &Video) -> Result {
-    if !(1..limits::ID).contains(&target.id) {
-        return Err(format!("the id is {}; allowed: 1 to {}", target.id, limits::ID - 1));
-    }
+    id(target.id)?;
     known_label(&target.label, labels)?;
     attributes(&target.attributes)?;
     changes(&target.changes, video)?;
@@ -166,9 +154,10 @@ fn frames(
     [from, to]: [usize; 2],
     video: &Video,
 ) -> Result {
-    let inside = |frame: usize| match (from..=to).contains(&frame) {
-        true => Ok(()),
-        false => Err(format!("frame {frame} is not one of the frames {from} to {to}")),
+    let inside = |frame: usize| {
+        let range = from..=to;
+        ensure!(range.contains(&frame), "frame {frame} is not one of the frames {from} to {to}");
+        Ok(())
     };
     for (&frame, key) in keys {
         inside(frame)?;
@@ -177,19 +166,16 @@ fn frames(
     for (&frame, tracked) in tracked {
         inside(frame)?;
         tracked_box(tracked).map_err(|reason| format!("frame {frame}: {reason}"))?;
-        if keys.contains_key(&frame) {
-            return Err(format!("frame {frame} has both a key and a tracked box"));
-        }
+        ensure!(!keys.contains_key(&frame), "frame {frame} has both a key and a tracked box");
     }
     let mut before = None;
     for &[first, last] in hidden {
         inside(first)?;
         inside(last)?;
-        if first > last || before.is_some_and(|before| first <= before + 1) {
-            return Err(format!(
-                "the hidden frames {first} to {last} are not in order, or not apart from those before"
-            ));
-        }
+        ensure!(
+            first <= last && before.is_none_or(|before| first > before + 1),
+            "the hidden frames {first} to {last} are not in order, or not apart from those before"
+        );
         let key = keys.range(first..=last).next().map(|(frame, _)| frame);
         let box_inside = key.or(tracked.range(first..=last).next().map(|(frame, _)| frame));
         if let Some(frame) = box_inside {
@@ -202,25 +188,17 @@ fn frames(
 
 /// Checks a frame number.
 pub fn frame(frame: usize, video: &Video) -> Result {
-    match frame < video.frames {
-        true => Ok(()),
-        false => Err(format!(
-            "frame {frame} is not in the video; its frames are 0 to {}",
-            video.frames - 1
-        )),
-    }
+    let last = video.frames - 1;
+    ensure!(frame <= last, "frame {frame} is not in the video; its frames are 0 to {last}");
+    Ok(())
 }
 
 /// Checks a range of frames.
 pub fn range([from, to]: [usize; 2], video: &Video) -> Result {
     frame(from, video)?;
     frame(to, video)?;
-    match from <= to {
-        true => Ok(()),
-        false => {
-            Err(format!("the range of frames begins with {from} and ends before it, with {to}"))
-        }
-    }
+    ensure!(from <= to, "the range of frames begins with {from} and ends before it, with {to}");
+    Ok(())
 }
 
 /// Checks what a person has drawn in a frame.
@@ -230,14 +208,13 @@ pub fn key(key: &Key, video: &Video) -> Result {
     outline.check()?;
     let (own, around) = (key.bbox, outline.bounds());
     let off = [own.x - around.x, own.y - around.y, own.w - around.w, own.h - around.h];
-    match off.iter().all(|off| off.abs() <= ROUNDING) {
-        true => Ok(()),
-        false => Err(format!(
-            "the box is {}; the upright box around the outline is {}",
-            shown(own),
-            shown(around)
-        )),
-    }
+    ensure!(
+        off.iter().all(|off| off.abs() <= ROUNDING),
+        "the box is {}; the upright box around the outline is {}",
+        shown(own),
+        shown(around)
+    );
+    Ok(())
 }
 
 /// By how many pixels a box may differ from that around its outline, as both are rounded.
@@ -265,9 +242,8 @@ pub fn tracked_box(tracked: &TrackedBox) -> Result {
     sides(bbox, 0.001)?;
     let shares = [("score", Some(score)), ("visible", visible), ("agreement", agreement)];
     for (name, value) in shares {
-        if let Some(value) = value.filter(|value| !(0.0..=1.0).contains(value)) {
-            return Err(format!("{name} is {value}; allowed: 0 to 1"));
-        }
+        let value = value.unwrap_or(1.0);
+        ensure!((0.0..=1.0).contains(&value), "{name} is {value}; allowed: 0 to 1");
     }
     Ok(())
 }
@@ -277,15 +253,14 @@ fn sides(bbox: BoundingBox, least: f64) -> Result {
     let side = least..=limits::SIDE;
     // NaN is in no range.
     let place = -10.0 * limits::SIDE..=10.0 * limits::SIDE;
-    match [w, h].iter().all(|w| side.contains(w)) && [x, y].iter().all(|x| place.contains(x)) {
-        true => Ok(()),
-        false => Err(format!(
-            "the box is {}; width and height must be {least} to {} pixels, x and y at most {} from 0",
-            shown(bbox),
-            limits::SIDE,
-            10.0 * limits::SIDE
-        )),
-    }
+    ensure!(
+        [w, h].iter().all(|w| side.contains(w)) && [x, y].iter().all(|x| place.contains(x)),
+        "the box is {}; width and height must be {least} to {} pixels, x and y at most {} from 0",
+        shown(bbox),
+        limits::SIDE,
+        10.0 * limits::SIDE
+    );
+    Ok(())
 }
 
 fn shown(bbox: BoundingBox) -> String {
@@ -294,18 +269,12 @@ fn shown(bbox: BoundingBox) -> String {
 
 /// Checks that there is such a label.
 pub fn known_label(name: &str, labels: &[Label]) -> Result {
-    match labels.iter().any(|label| label.name == name) {
-        true => Ok(()),
-        false => {
-            let known: Vec<String> =
-                labels.iter().take(20).map(|label| format!("{:?}", label.name)).collect();
-            Err(format!(
-                "there is no label {:?}; the labels are {}",
-                shortened(name),
-                known.join(", ")
-            ))
-        }
+    if labels.iter().any(|label| label.name == name) {
+        return Ok(());
     }
+    let known = labels.iter().take(20).map(|label| format!("{:?}", label.name));
+    let (name, known) = (shortened(name), known.collect::<Vec<_>>().join(", "));
+    Err(format!("there is no label {name:?}; the labels are {known}"))
 }
 
 /// Checks the attributes of a target.
@@ -335,15 +304,14 @@ pub fn changes(changes: &BTreeMap<String, Changes>, video: &Video) -> Result {
 
 fn value(attribute: &str, value: &str) -> Result {
     let length = value.chars().count();
-    match length > limits::VALUE || value.chars().any(char::is_control) {
-        true => Err(format!(
-            "the value {:?} of the attribute {attribute:?} has {length} characters; allowed: at most {}, \
-             no control characters",
-            shortened(value),
-            limits::VALUE
-        )),
-        false => Ok(()),
-    }
+    ensure!(
+        length <= limits::VALUE && !value.chars().any(char::is_control),
+        "the value {:?} of the attribute {attribute:?} has {length} characters; allowed: at most {}, \
+         no control characters",
+        shortened(value),
+        limits::VALUE
+    );
+    Ok(())
 }
 
 /// Checks that all values of a target's attributes are such as its label declares.
@@ -363,18 +331,16 @@ pub fn fits(target: &Target, declared: &[Attribute]) -> Result {
 
 fn name(what: &str, name: &str) -> Result {
     let length = name.chars().count();
-    let good = (1..=limits::NAME).contains(&length)
-        && name.trim() == name
-        && !name.chars().any(char::is_control);
-    match good {
-        true => Ok(()),
-        false => Err(format!(
-            "the {what} is {:?}, of {length} characters; allowed: 1 to {}, no control characters, no space \
-             at the ends",
-            shortened(name),
-            limits::NAME
-        )),
-    }
+    ensure!(
+        (1..=limits::NAME).contains(&length)
+            && name.trim() == name
+            && !name.chars().any(char::is_control),
+        "the {what} is {:?}, of {length} characters; allowed: 1 to {}, no control characters, no space \
+         at the ends",
+        shortened(name),
+        limits::NAME
+    );
+    Ok(())
 }
 
 /// The first characters of a text that may be very long.

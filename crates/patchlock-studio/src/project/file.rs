@@ -2,11 +2,14 @@
 
 use std::collections::BTreeMap;
 use std::io::{self, Write as _};
+use std::path::Path;
 
 use patchlock::{BoundingBox, Status};
 use serde::{Deserialize, Serialize};
 
-use super::{Changes, Key, Label, Project, Remark, Target, TrackedBox, Video, by_frame, check};
+use super::{
+    Changes, Error, Key, Label, Project, Remark, Target, TrackedBox, Video, by_frame, check,
+};
 
 /// The newest version that is read. It is written of projects with outlines. Those with attributes
 /// that labels declare, or that change from frame to frame, are of version 3, those with remarks of
@@ -14,15 +17,6 @@ use super::{Changes, Key, Label, Project, Remark, Target, TrackedBox, Video, by_
 pub const VERSION: u64 = 4;
 /// The first member of every project file.
 const FORMAT: &str = "patchlock-project";
-
-/// Why a text is not a project.
-#[derive(Debug)]
-pub enum Fault {
-    /// It is of this version.
-    Version(u64),
-    /// It is wrong, for this reason.
-    Invalid(String),
-}
 
 /// What says whether a text is a project, and of which version.
 #[derive(Deserialize)]
@@ -69,7 +63,7 @@ struct TargetForm {
 }
 
 /// Consecutive frames with tracked boxes: one element of each column per frame.
-#[derive(Serialize, Deserialize)]
+#[derive(Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Run {
     from: usize,
@@ -88,39 +82,33 @@ struct Run {
 
 /// The text of a project: one line per target, so that a change of one is a change of one line.
 pub fn write(project: &Project, revision: u64) -> serde_json::Result<Vec<u8>> {
-    let mut out = Vec::new();
-    let member = |out: &mut Vec<u8>, name: &str, value: &dyn Fn(&mut Vec<u8>) -> _| {
-        out.extend_from_slice(format!("  \"{name}\": ").as_bytes());
-        value(out)
-    };
-    let end = |out: &mut Vec<u8>| out.extend_from_slice(b",\n");
-    let version = version_of(project);
-    out.extend_from_slice(
-        format!("{{\n  \"format\": \"{FORMAT}\",\n  \"version\": {version},\n").as_bytes(),
-    );
-    member(&mut out, "revision", &|out| serde_json::to_writer(out, &revision))?;
-    end(&mut out);
-    if project.done {
-        member(&mut out, "done", &|out| serde_json::to_writer(out, &true))?;
-        end(&mut out);
+    let Project { video, labels, targets, next_id, done, remarks } = project;
+    let mut out = format!("{{\n  \"format\": \"{FORMAT}\"").into_bytes();
+    member(&mut out, "version", &version_of(project))?;
+    member(&mut out, "revision", &revision)?;
+    if *done {
+        member(&mut out, "done", done)?;
     }
-    member(&mut out, "video", &|out| serde_json::to_writer(out, &project.video))?;
-    end(&mut out);
-    member(&mut out, "labels", &|out| serde_json::to_writer(out, &project.labels))?;
-    end(&mut out);
-    member(&mut out, "next_id", &|out| serde_json::to_writer(out, &project.next_id))?;
+    member(&mut out, "video", video)?;
+    member(&mut out, "labels", labels)?;
+    member(&mut out, "next_id", next_id)?;
     out.extend_from_slice(b",\n  \"targets\": [");
-    for (k, target) in project.targets.iter().enumerate() {
+    for (k, target) in targets.iter().enumerate() {
         out.extend_from_slice(if k == 0 { b"\n    " } else { b",\n    " });
         serde_json::to_writer(&mut out, &TargetForm::from(target))?;
     }
-    out.extend_from_slice(if project.targets.is_empty() { b"]" } else { b"\n  ]" });
-    if !project.remarks.is_empty() {
-        end(&mut out);
-        member(&mut out, "remarks", &|out| serde_json::to_writer(out, &project.remarks))?;
+    out.extend_from_slice(if targets.is_empty() { b"]" } else { b"\n  ]" });
+    if !remarks.is_empty() {
+        member(&mut out, "remarks", remarks)?;
     }
     out.extend_from_slice(b"\n}\n");
     Ok(out)
+}
+
+/// Adds a member after others, on a line of its own.
+fn member(out: &mut Vec<u8>, name: &str, value: &impl Serialize) -> serde_json::Result<()> {
+    out.extend_from_slice(format!(",\n  \"{name}\": ").as_bytes());
+    serde_json::to_writer(out, value)
 }
 
 /// The oldest version that has all of a project.
@@ -137,30 +125,28 @@ fn version_of(project: &Project) -> u64 {
     }
 }
 
-/// The project and revision of a text, checked.
-pub fn read(text: &[u8]) -> Result<(Project, u64), Fault> {
-    let invalid = |error: serde_json::Error| Fault::Invalid(error.to_string());
-    let head: Head = serde_json::from_slice(text).map_err(invalid)?;
+/// The project and revision of the text of a file, checked.
+pub fn read(path: &Path, text: &[u8]) -> Result<(Project, u64), Error> {
+    let invalid = |reason: String| Error::Invalid { path: path.to_path_buf(), reason };
+    let not_json = |error: serde_json::Error| invalid(error.to_string());
+    let head: Head = serde_json::from_slice(text).map_err(not_json)?;
     if head.format.as_deref() != Some(FORMAT) {
-        return Err(Fault::Invalid(format!("its member `format` is not {FORMAT:?}")));
+        return Err(invalid(format!("its member `format` is not {FORMAT:?}")));
     }
     match head.version {
         Some(1..=VERSION) => {}
-        Some(version) => return Err(Fault::Version(version)),
-        None => return Err(Fault::Invalid("it has no member `version`".to_owned())),
+        Some(version) => return Err(Error::Version { path: path.to_path_buf(), version }),
+        None => return Err(invalid("it has no member `version`".to_owned())),
     }
-    let document: Document = serde_json::from_slice(text).map_err(invalid)?;
+    let document: Document = serde_json::from_slice(text).map_err(not_json)?;
     let Document { revision, done, video, labels, next_id, targets, remarks, .. } = document;
-    check::video(&video).map_err(Fault::Invalid)?;
-    let targets = targets
-        .into_iter()
-        .map(|target| target.read(video.frames))
-        .collect::<Result<Vec<Target>, String>>()
-        .map_err(Fault::Invalid)?;
+    check::video(&video).map_err(invalid)?;
+    let targets = targets.into_iter().map(|target| target.read(video.frames));
+    let targets = targets.collect::<Result<Vec<Target>, String>>().map_err(invalid)?;
     let largest = targets.iter().map(|target| target.id).max().unwrap_or(0);
     let next_id = next_id.unwrap_or(largest.saturating_add(1));
     let project = Project { video, labels, targets, next_id, done, remarks };
-    check::project(&project).map_err(Fault::Invalid)?;
+    check::project(&project).map_err(invalid)?;
     Ok((project, revision))
 }
 
@@ -170,7 +156,7 @@ impl From<&Target> for TargetForm {
         for (&frame, entry) in &target.tracked {
             let run = match tracked.last_mut().filter(|run| run.from + run.x.len() == frame) {
                 Some(run) => run,
-                None => tracked.push_mut(Run::beginning(frame)),
+                None => tracked.push_mut(Run { from: frame, ..Run::default() }),
             };
             run.push(entry);
         }
@@ -201,21 +187,6 @@ impl TargetForm {
 }
 
 impl Run {
-    fn beginning(from: usize) -> Self {
-        let column = Vec::new;
-        Self {
-            from,
-            x: column(),
-            y: column(),
-            w: column(),
-            h: column(),
-            score: column(),
-            status: String::new(),
-            visible: Some(Vec::new()),
-            agreement: Some(Vec::new()),
-        }
-    }
-
     fn push(&mut self, tracked: &TrackedBox) {
         let TrackedBox { bbox: BoundingBox { x, y, w, h }, score, status, visible, agreement } =
             *tracked;
@@ -251,9 +222,10 @@ impl Run {
         if let Some((name, length)) = lengths.into_iter().find(|(_, length)| *length != count) {
             return Err(format!("`x` has {count} values and `{name}` has {length}"));
         }
-        if self.from.checked_add(count).is_none_or(|end| end > frames) {
-            return Err(format!("the {count} frames are not all in the video, which has {frames}"));
-        }
+        ensure!(
+            self.from.checked_add(count).is_some_and(|end| end <= frames),
+            "the {count} frames are not all in the video, which has {frames}"
+        );
         for (k, status) in self.status.chars().enumerate() {
             let tracked = TrackedBox {
                 bbox: BoundingBox { x: self.x[k], y: self.y[k], w: self.w[k], h: self.h[k] },
@@ -262,9 +234,8 @@ impl Run {
                 visible: visible[k],
                 agreement: agreement[k],
             };
-            if into.insert(self.from + k, tracked).is_some() {
-                return Err(format!("frame {} appears twice", self.from + k));
-            }
+            let frame = self.from + k;
+            ensure!(into.insert(frame, tracked).is_none(), "frame {frame} appears twice");
         }
         Ok(())
     }
@@ -280,21 +251,19 @@ fn letter(status: Status) -> char {
 }
 
 fn status_of(letter: char) -> Result<Status, String> {
-    Ok(match letter {
-        't' => Status::Tracked,
-        'u' => Status::Uncertain,
-        'l' => Status::Lost,
-        _ => {
-            return Err(format!(
-                "{letter:?} is not a status; the letters are t (tracked), u (uncertain), l (lost)"
-            ));
-        }
-    })
+    match letter {
+        't' => Ok(Status::Tracked),
+        'u' => Ok(Status::Uncertain),
+        'l' => Ok(Status::Lost),
+        _ => Err(format!(
+            "{letter:?} is not a status; the letters are t (tracked), u (uncertain), l (lost)"
+        )),
+    }
 }
 
 /// Writes a file whole or not at all, also if the process is killed or the power fails.
 /// Returns the new file.
-pub fn replace(path: &std::path::Path, text: &[u8]) -> io::Result<std::fs::File> {
+pub fn replace(path: &Path, text: &[u8]) -> io::Result<std::fs::File> {
     let folder = super::store::folder_of(path);
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let mut builder = tempfile::Builder::new();
@@ -326,7 +295,7 @@ fn unfinished_prefix(name: &str) -> String {
 }
 
 /// Removes what a killed process left behind. Only for the one who holds the lock.
-pub fn remove_unfinished(path: &std::path::Path) {
+pub fn remove_unfinished(path: &Path) {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let prefix = unfinished_prefix(&name);
     let entries = std::fs::read_dir(super::store::folder_of(path)).into_iter().flatten();

@@ -63,15 +63,6 @@ impl Target {
             stretches::add(&mut self.hidden, stretch);
         }
     }
-
-    /// Takes out everything.
-    pub(super) fn cut_all(&mut self) -> Frames {
-        Frames {
-            keys: std::mem::take(&mut self.keys),
-            tracked: std::mem::take(&mut self.tracked),
-            hidden: std::mem::take(&mut self.hidden),
-        }
-    }
 }
 
 /// Takes the entries of the frames `from..=to` out of a map.

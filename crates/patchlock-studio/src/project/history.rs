@@ -168,7 +168,7 @@ impl History {
     }
 
     /// Forgets all steps.
-    pub fn clear(&mut self) {
+    pub(super) fn clear(&mut self) {
         self.happen(Event::Whole { done: VecDeque::new(), undone: Vec::new() });
     }
 
@@ -217,7 +217,7 @@ impl History {
     }
 
     /// Applies edits as one step, all or none, which makes this revision.
-    pub fn apply(
+    pub(super) fn apply(
         &mut self,
         project: &mut Project,
         edits: Vec<Edit>,
@@ -239,7 +239,7 @@ impl History {
 
     /// The step that tracking of a target adds to: the one with the id `since`, if it can, or else a
     /// new one, which makes this revision.
-    pub fn begin(&mut self, target: u64, since: Option<u64>, revision: u64) -> u64 {
+    pub(super) fn begin(&mut self, target: u64, since: Option<u64>, revision: u64) -> u64 {
         if let Some(since) = since.filter(|&since| self.takes(since, target)) {
             return since;
         }
@@ -250,7 +250,7 @@ impl History {
 
     /// Adds tracked boxes of a target to a step, so that they are undone with it. `false` if that is
     /// not possible: it was undone or forgotten, or a later step has changed frames of the target.
-    pub fn add(
+    pub(super) fn add(
         &mut self,
         project: &mut Project,
         id: u64,
@@ -267,7 +267,7 @@ impl History {
     }
 
     /// Drops a step if it has changed nothing.
-    pub fn end(&mut self, id: u64) {
+    pub(super) fn end(&mut self, id: u64) {
         if self.done.iter().any(|step| step.id == id && step.edits.is_empty()) {
             self.happen(Event::Dropped { id });
         }
@@ -281,19 +281,12 @@ impl History {
         !later.any(|step| step.shapes(target))
     }
 
-    /// Takes back the last step; `false` if there is none.
-    pub fn undo(&mut self, project: &mut Project) -> Result<bool, Error> {
-        let Some(step) = self.done.back() else { return Ok(false) };
+    /// Takes back the last step, or with `redo` does the one again that was undone last; `false` if
+    /// there is none.
+    pub(super) fn step(&mut self, project: &mut Project, redo: bool) -> Result<bool, Error> {
+        let Some(step) = self.next(redo) else { return Ok(false) };
         let edits = apply_all(project, step.edits.clone())?;
-        self.happen(Event::Undone { edits });
-        Ok(true)
-    }
-
-    /// Does the step again that was undone last; `false` if there is none.
-    pub fn redo(&mut self, project: &mut Project) -> Result<bool, Error> {
-        let Some(step) = self.undone.last() else { return Ok(false) };
-        let edits = apply_all(project, step.edits.clone())?;
-        self.happen(Event::Redone { edits });
+        self.happen(if redo { Event::Redone { edits } } else { Event::Undone { edits } });
         Ok(true)
     }
 
@@ -318,18 +311,18 @@ impl History {
     }
 
     /// Gives a label another name in all steps.
-    pub fn rename_label(&mut self, from: &str, to: &str) {
+    pub(super) fn rename_label(&mut self, from: &str, to: &str) {
         self.happen(Event::Renamed { from: from.to_owned(), to: to.to_owned() });
     }
 
     /// The labels of targets that the next undo, or the next redo, needs.
-    pub fn labels_of_step(&self, redo: bool) -> Vec<String> {
+    pub fn labels(&self, redo: bool) -> Vec<String> {
         let edits = self.next(redo).into_iter().flat_map(|step| &step.edits);
         edits.flat_map(Edit::labels).map(ToOwned::to_owned).collect()
     }
 
     /// The targets whose frames the next undo, or the next redo, changes.
-    pub fn targets_of_step(&self, redo: bool) -> Vec<u64> {
+    pub fn targets(&self, redo: bool) -> Vec<u64> {
         let edits = self.next(redo).into_iter().flat_map(|step| &step.edits);
         edits.flat_map(Edit::shapes).collect()
     }

@@ -31,12 +31,12 @@ pub use check::limits;
 pub use edit::Edit;
 pub use error::Error;
 pub use frames::Frames;
-#[cfg(feature = "server")]
-pub(crate) use frames::cut_map;
-pub use history::{MAX_BOXES, MAX_STEPS};
+pub use history::{History, MAX_BOXES, MAX_STEPS};
 pub use shared::{FILE as LABELS_FILE, SharedLabels, Vocabulary};
 pub use store::{Store, beside, in_folder};
 pub use video::VideoChange;
+#[cfg(feature = "server")]
+pub(crate) use {frames::cut_map, store::folder_of};
 
 /// A video with its targets.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -62,10 +62,8 @@ impl Project {
     /// A copy without the targets.
     #[cfg(feature = "server")]
     pub(crate) fn without_targets(&self) -> Self {
-        let Self { video, labels, targets: _, next_id, done, remarks: _ } = self;
-        let (video, labels) = (video.clone(), labels.clone());
-        let (targets, remarks) = (Vec::new(), Vec::new());
-        Self { video, labels, targets, next_id: *next_id, done: *done, remarks }
+        let (video, labels) = (self.video.clone(), self.labels.clone());
+        Self { video, labels, targets: Vec::new(), remarks: Vec::new(), ..*self }
     }
 
     /// The target with this id.
@@ -201,6 +199,19 @@ pub struct Target {
 }
 
 impl Target {
+    /// A target about which nothing is said yet.
+    pub(crate) fn new(id: u64, label: String) -> Self {
+        Self {
+            id,
+            label,
+            attributes: BTreeMap::new(),
+            changes: BTreeMap::new(),
+            keys: BTreeMap::new(),
+            tracked: BTreeMap::new(),
+            hidden: Vec::new(),
+        }
+    }
+
     /// The colour of its boxes, `#rrggbb`: its own, as targets of one label are told apart by it.
     pub fn colour(&self) -> &'static str {
         TARGET_COLOURS[(self.id.saturating_sub(1) % TARGET_COLOURS.len() as u64) as usize]

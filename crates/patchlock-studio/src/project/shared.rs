@@ -122,23 +122,18 @@ impl Vocabulary {
     fn parse(text: &[u8]) -> Result<Self, String> {
         let document: Document = serde_json::from_slice(text).map_err(|error| error.to_string())?;
         let Document { format, version, labels: entries, removed } = document;
-        if format != FORMAT {
-            return Err(format!("its member `format` is not {FORMAT:?}"));
-        }
-        if !(1..=VERSION).contains(&version) {
-            return Err(format!(
-                "it is of version {version}; this program reads versions up to {VERSION}"
-            ));
-        }
+        ensure!(format == FORMAT, "its member `format` is not {FORMAT:?}");
+        ensure!(
+            (1..=VERSION).contains(&version),
+            "it is of version {version}; this program reads versions up to {VERSION}"
+        );
         check::at_most("labels", entries.len(), limits::LABELS)?;
         check::at_most("removed labels", removed.len(), limits::LABELS)?;
         let mut names = HashSet::new();
         for entry in &entries {
             check::label(&entry.label())?;
             check::at_most("former names", entry.was.len(), limits::LABELS)?;
-            if !names.insert(&entry.name) {
-                return Err(format!("the label {:?} appears twice", entry.name));
-            }
+            ensure!(names.insert(&entry.name), "the label {:?} appears twice", entry.name);
         }
         Ok(Self { entries, removed, is_new: false })
     }

@@ -8,11 +8,10 @@ use patchlock_media::{Limits, Note};
 use patchlock_track::files;
 use sha2::{Digest as _, Sha256};
 
-use super::file::{self, Fault};
 use super::history::History;
 use super::lock::Lock;
 use super::log::Log;
-use super::{Edit, Error, Label, PLACEHOLDER, Project, Video, VideoChange, check};
+use super::{Edit, Error, Label, PLACEHOLDER, Project, Video, VideoChange, check, file};
 
 /// A project with its file and its history.
 ///
@@ -91,14 +90,14 @@ pub fn in_folder(folder: &Path, video: &Path, is_taken: impl Fn(&Path) -> bool) 
 /// Whether a file is the project of another video: of one that exists, or of one that is no longer
 /// there and which `is_moved` does not take for this one.
 fn is_of_another(path: &Path, video: &Path, is_moved: impl Fn(&Project) -> bool) -> bool {
-    let project = files::read(path).ok().and_then(|text| file::read(&text).ok());
+    let project = files::read(path).ok().and_then(|text| file::read(path, &text).ok());
     let Some((project, _)) = project else { return false };
     let expected = folder_of(path).join(&project.video.path);
     found(video, &expected, path).is_err() || (!expected.exists() && !is_moved(&project))
 }
 
 /// The folder of a file.
-pub(super) fn folder_of(file: &Path) -> &Path {
+pub(crate) fn folder_of(file: &Path) -> &Path {
     file.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
@@ -179,16 +178,52 @@ impl Store {
         limits: Limits,
     ) -> Result<Self, Error> {
         let (description, notes) = Video::describe(video, folder_of(&path), limits)?;
-        let labels = vec![Label::new(PLACEHOLDER, 0)];
-        let targets = Vec::new();
-        let remarks = Vec::new();
-        let project =
-            Project { video: description, labels, targets, next_id: 1, done: false, remarks };
+        let project = Project {
+            video: description,
+            labels: vec![Label::new(PLACEHOLDER, 0)],
+            targets: Vec::new(),
+            next_id: 1,
+            done: false,
+            remarks: Vec::new(),
+        };
         check::project(&project)
             .map_err(|reason| Error::Edit(format!("{}: {reason}", video.display())))?;
-        Ok(Self {
+        Ok(Self { notes, ..Self::new(path, video.to_path_buf(), project, lock, limits) })
+    }
+
+    fn read(
+        path: PathBuf,
+        video: Option<&Path>,
+        lock: Option<Lock>,
+        limits: Limits,
+    ) -> Result<Self, Error> {
+        let text = files::read(&path).map_err(|error| Error::read(&path, error))?;
+        let (mut project, revision) = file::read(&path, &text)?;
+        let expected = folder_of(&path).join(&project.video.path);
+        let video_given = video.is_some();
+        let video = match video {
+            Some(given) => {
+                project.video.path = found(given, &expected, &path)?;
+                given.to_path_buf()
+            }
+            None => expected,
+        };
+        let text = if lock.is_none() { text } else { Vec::new() };
+        let store = Self::new(path, video, project, lock, limits);
+        Ok(Self { video_given, revision, saved: Some(revision), text, ..store })
+    }
+
+    /// A project without a file.
+    fn new(
+        path: PathBuf,
+        video: PathBuf,
+        project: Project,
+        lock: Option<Lock>,
+        limits: Limits,
+    ) -> Self {
+        Self {
             path,
-            video: video.to_path_buf(),
+            video,
             video_given: true,
             project,
             history: History::default(),
@@ -199,48 +234,8 @@ impl Store {
             text: Vec::new(),
             lock,
             limits,
-            notes,
-        })
-    }
-
-    fn read(
-        path: PathBuf,
-        video: Option<&Path>,
-        lock: Option<Lock>,
-        limits: Limits,
-    ) -> Result<Self, Error> {
-        let text = files::read(&path).map_err(|error| Error::read(&path, error))?;
-        let (mut project, revision) = file::read(&text).map_err(|fault| match fault {
-            Fault::Version(version) => Error::Version { path: path.clone(), version },
-            Fault::Invalid(reason) => Error::Invalid { path: path.clone(), reason },
-        })?;
-        let expected = folder_of(&path).join(&project.video.path);
-        let video_given = video.is_some();
-        let video = match video {
-            Some(given) => {
-                project.video.path = found(given, &expected, &path)?;
-                given.to_path_buf()
-            }
-            None => expected,
-        };
-        let history = History::default();
-        let text = if lock.is_none() { text } else { Vec::new() };
-        let saved = Some(revision);
-        Ok(Self {
-            path,
-            video,
-            video_given,
-            project,
-            history,
-            log: None,
-            revision,
-            saved,
-            relabelled: false,
-            text,
-            lock,
-            limits,
             notes: Vec::new(),
-        })
+        }
     }
 
     /// The project.
@@ -292,6 +287,11 @@ impl Store {
     /// A number that grows with each change, also over several runs of the program.
     pub fn revision(&self) -> u64 {
         self.revision
+    }
+
+    /// What can be undone and redone.
+    pub fn history(&self) -> &History {
+        &self.history
     }
 
     /// Keeps the history in a file beside that of the project from now on, and takes up the one that
@@ -352,8 +352,7 @@ impl Store {
     /// # Errors
     /// [`Error::Edit`] never, unless there is a bug.
     pub fn undo(&mut self) -> Result<Option<u64>, Error> {
-        let undone = self.history.undo(&mut self.project)?;
-        Ok(self.stepped(undone))
+        self.undo_or_redo(false)
     }
 
     /// Does the step again that was undone last. Returns the new revision; `None` if there is no
@@ -362,13 +361,14 @@ impl Store {
     /// # Errors
     /// [`Error::Edit`] never, unless there is a bug.
     pub fn redo(&mut self) -> Result<Option<u64>, Error> {
-        let redone = self.history.redo(&mut self.project)?;
-        Ok(self.stepped(redone))
+        self.undo_or_redo(true)
     }
 
-    fn stepped(&mut self, moved: bool) -> Option<u64> {
+    /// As [`Store::undo`], or with `redo` as [`Store::redo`].
+    pub(crate) fn undo_or_redo(&mut self, redo: bool) -> Result<Option<u64>, Error> {
+        let moved = self.history.step(&mut self.project, redo)?;
         self.revision += u64::from(moved);
-        moved.then_some(self.revision)
+        Ok(moved.then_some(self.revision))
     }
 
     /// Gives the project the labels of all clips of its folder, which is no step of the history.
@@ -391,28 +391,6 @@ impl Store {
         self.project.labels = labels;
         self.relabelled |= changed && self.saved.is_some();
         changed
-    }
-
-    /// The id of the step that the next [`Store::undo`] takes back, or with `redo` that of the next
-    /// [`Store::redo`].
-    pub fn step(&self, redo: bool) -> Option<u64> {
-        self.history.id(redo)
-    }
-
-    /// Whether a step has been undone, and not done again.
-    pub fn is_undone(&self, step: u64) -> bool {
-        self.history.is_undone(step)
-    }
-
-    /// The targets whose frames the next [`Store::undo`] changes, or with `redo` the next
-    /// [`Store::redo`].
-    pub fn targets_of_step(&self, redo: bool) -> Vec<u64> {
-        self.history.targets_of_step(redo)
-    }
-
-    /// The labels that the next [`Store::undo`] needs, or with `redo` the next [`Store::redo`].
-    pub fn labels_of_step(&self, redo: bool) -> Vec<String> {
-        self.history.labels_of_step(redo)
     }
 
     /// What the next [`Store::undo`] takes back, in a few words.

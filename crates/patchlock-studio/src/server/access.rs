@@ -5,7 +5,7 @@
 //! Tunnels and published ports change the port, so none is asked for: rebinding needs a name, and
 //! `localhost` and addresses are none that somebody else can make point here.
 
-use std::net::{IpAddr, SocketAddr};
+use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::sync::Arc;
 
 use axum::extract::{Request, State};
@@ -27,10 +27,12 @@ const TOKEN: &str = "patchlock-token";
 
 /// What a request is checked against.
 pub struct Access {
-    address: SocketAddr,
+    /// Where the server listens.
+    pub address: SocketAddr,
     hosts: AllowedHosts,
-    token: String,
-    session: String,
+    pub token: String,
+    /// A word that differs between two runs of the program, and is no secret.
+    pub session: String,
     /// The sources of pages that may show this one within them.
     frames: String,
 }
@@ -49,7 +51,7 @@ impl Access {
 
     /// The address for the browser, with the token or a code for it. What follows `#` is never sent
     /// to a server.
-    pub fn address(&self, camera: bool, secret: &str) -> String {
+    pub fn url(&self, camera: bool, secret: &str) -> String {
         let page = if camera { "?camera" } else { "" };
         format!("{}{page}#{secret}", self.page())
     }
@@ -58,29 +60,12 @@ impl Access {
     fn page(&self) -> String {
         let mut shown = self.address;
         if shown.ip().is_unspecified() {
-            let local: IpAddr = if shown.is_ipv4() {
-                [127, 0, 0, 1].into()
-            } else {
-                [0, 0, 0, 0, 0, 0, 0, 1].into()
-            };
-            shown.set_ip(local);
+            shown.set_ip(match shown {
+                SocketAddr::V4(_) => Ipv4Addr::LOCALHOST.into(),
+                SocketAddr::V6(_) => Ipv6Addr::LOCALHOST.into(),
+            });
         }
         format!("http://{shown}/")
-    }
-
-    /// The port that the server listens on.
-    pub fn port(&self) -> u16 {
-        self.address.port()
-    }
-
-    /// The token.
-    pub fn token(&self) -> &str {
-        &self.token
-    }
-
-    /// A word that differs between two runs of the program, and is no secret.
-    pub fn session(&self) -> &str {
-        &self.session
     }
 
     /// Checks the host that the client believes to talk to, and returns it.

@@ -10,8 +10,9 @@ use axum::http::header::{CONNECTION, HeaderValue};
 use axum::http::request::Parts;
 use axum::response::{IntoResponse, Response};
 use futures_util::StreamExt as _;
+use serde::Serialize;
 use serde::de::DeserializeOwned;
-use serde_json::{Map, Value};
+use serde_json::Value;
 use tokio::sync::oneshot;
 
 use super::advice;
@@ -19,13 +20,20 @@ use super::timeouts::TransferDeadline;
 use crate::project;
 
 /// Why a request is refused, as JSON: `{"error": "...", "hint": "..."}`.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize)]
 pub struct Refusal {
+    #[serde(skip)]
     status: StatusCode,
+    #[serde(rename = "error")]
     message: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
     hint: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     revision: Option<u64>,
 }
+
+/// JSON, or a refusal.
+pub type JsonAnswer = Result<Json<Value>, Refusal>;
 
 impl Refusal {
     pub fn new(status: StatusCode, message: impl Into<String>) -> Self {
@@ -61,11 +69,6 @@ impl Refusal {
     /// The request is right, but the server failed.
     pub fn failed(message: impl Into<String>) -> Self {
         Self::new(StatusCode::INTERNAL_SERVER_ERROR, message)
-    }
-
-    /// The address exists, but not with this method.
-    pub fn method() -> Self {
-        Self::new(StatusCode::METHOD_NOT_ALLOWED, "this address does not take this method")
     }
 
     /// Another window was faster; the project is now at this revision.
@@ -118,15 +121,7 @@ impl From<patchlock_track::Error> for Refusal {
 
 impl IntoResponse for Refusal {
     fn into_response(self) -> Response {
-        let mut body = Map::new();
-        body.insert("error".into(), self.message.into());
-        if let Some(hint) = self.hint {
-            body.insert("hint".into(), hint.into());
-        }
-        if let Some(revision) = self.revision {
-            body.insert("revision".into(), revision.into());
-        }
-        let mut response = (self.status, Json(Value::Object(body))).into_response();
+        let mut response = (self.status, Json(&self)).into_response();
         // The rest of a body that is not read would be taken for the next request.
         let closes = [
             StatusCode::PAYLOAD_TOO_LARGE,

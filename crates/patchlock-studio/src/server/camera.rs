@@ -4,7 +4,7 @@
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::thread;
 use std::time::Instant;
 
@@ -25,9 +25,10 @@ use tokio::sync::mpsc::{UnboundedSender, unbounded_channel};
 use super::answer::{PathParam, Refusal};
 use super::app::App;
 use super::files::{cannot_keep, download, keep};
-use super::live;
 use super::options::ProjectLocation;
 use super::timeouts::SENDING;
+use super::{live, lock};
+use crate::engine::Settings;
 use crate::import;
 
 /// Largest picture, in bytes of JPEG.
@@ -82,16 +83,12 @@ struct Mailbox {
 }
 
 impl Mailbox {
-    fn lock(&self) -> MutexGuard<'_, MailboxState> {
-        self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
     /// Waits for something to do.
     fn next(&self) -> MailboxState {
         let idle = |waiting: &mut MailboxState| {
             waiting.orders.is_empty() && waiting.picture.is_none() && !waiting.closed
         };
-        let waited = self.arrived.wait_while(self.lock(), idle);
+        let waited = self.arrived.wait_while(lock(&self.waiting), idle);
         let mut waiting = waited.unwrap_or_else(PoisonError::into_inner);
         let closed = waiting.closed;
         MailboxState { closed, ..std::mem::take(&mut *waiting) }
@@ -125,7 +122,7 @@ async fn converse(socket: WebSocket, app: Arc<App>) {
     let receiving = async {
         let mut number = 0;
         while let Some(Ok(message)) = stream.next().await {
-            let mut waiting = mailbox.lock();
+            let mut waiting = lock(&mailbox.waiting);
             let mut dropped = None;
             match message {
                 Message::Binary(jpeg) => {
@@ -155,7 +152,7 @@ async fn converse(socket: WebSocket, app: Arc<App>) {
         }
     };
     tokio::select! { () = sending => {}, () = receiving => {} }
-    mailbox.lock().closed = true;
+    lock(&mailbox.waiting).closed = true;
     mailbox.arrived.notify_all();
 }
 
@@ -241,7 +238,7 @@ impl Follower {
     }
 
     fn follow(&mut self, number: usize, jpeg: &[u8]) -> Result<Value, Refusal> {
-        let picture = image_file::decode_within(jpeg, self.app.settings.limits);
+        let picture = image_file::decode_within(jpeg, self.app.options.limits);
         let picture = picture.map_err(|error| Refusal::bad(format!("not a picture: {error}")))?;
         let begun = Instant::now();
         let found = self.estimates(&picture)?;
@@ -264,8 +261,7 @@ impl Follower {
         }
         self.drawn.clear();
         for bbox in std::mem::take(&mut self.begin) {
-            let engine = &self.app.settings;
-            let (config, pool) = (engine.config.clone(), Arc::clone(&engine.pool));
+            let Settings { config, pool, .. } = self.app.clips.settings().clone();
             let (session, _) = Session::start(config, pool, &frame, bbox).map_err(failed)?;
             self.last += 1;
             self.targets.push((self.last, session));
@@ -278,7 +274,7 @@ impl Follower {
         if !self.record {
             return Ok(());
         }
-        let folder = &self.app.uploads;
+        let folder = &self.app.options.uploads;
         let recorder = match &mut self.recorder {
             Some(recorder) => recorder,
             None => self.recorder.insert(Recorder::begin(folder.clone(), picture)?),
@@ -294,15 +290,14 @@ impl Follower {
     fn end_recording(&mut self) {
         let Some(recorder) = self.recorder.take() else { return };
         let answer = match recorder.end() {
-            Ok(recording) => {
-                let (recording, frames) = recording;
+            Ok((recording, frames)) => {
                 let clip = add_clip(&self.app, &recording);
                 let shown = |path: &Path| {
                     let path = std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
                     path.display().to_string()
                 };
                 let (video, table) = (shown(&recording.video), shown(&recording.table));
-                let mut all = self.app.recordings.lock();
+                let mut all = lock(&self.app.recordings.0);
                 all.push(recording);
                 let mut answer = json!({
                     "recording": all.len(), "frames": frames, "video": video, "table": table,
@@ -419,30 +414,19 @@ impl Recorder {
     }
 }
 
-impl Recordings {
-    fn lock(&self) -> MutexGuard<'_, Vec<Recording>> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    fn get(&self, number: usize) -> Result<Recording, Refusal> {
-        let all = self.lock();
-        let found = number.checked_sub(1).and_then(|at| all.get(at)).cloned();
-        found.ok_or_else(|| Refusal::unknown(format!("there is no recording {number}")))
-    }
-}
-
 /// `GET /api/camera/recordings/N/{video,table}`
 pub async fn recording(
     State(app): State<Arc<App>>,
     PathParam((number, what)): PathParam<(usize, String)>,
 ) -> Result<Response, Refusal> {
-    let Recording { video, table } = app.recordings.get(number)?;
-    let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    match what.as_str() {
-        "video" => download(Box::new(video.clone()), "video/mp4", &name(&video)).await,
-        "table" => {
-            download(Box::new(table.clone()), "text/csv; charset=utf-8", &name(&table)).await
-        }
-        _ => Err(Refusal::unknown("a recording has a video and a table")),
-    }
+    let found = number.checked_sub(1).and_then(|at| lock(&app.recordings.0).get(at).cloned());
+    let no_recording = || Refusal::unknown(format!("there is no recording {number}"));
+    let Recording { video, table } = found.ok_or_else(no_recording)?;
+    let (path, kind) = match what.as_str() {
+        "video" => (video, "video/mp4"),
+        "table" => (table, "text/csv; charset=utf-8"),
+        _ => return Err(Refusal::unknown("a recording has a video and a table")),
+    };
+    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    download(Box::new(path), kind, &name).await
 }

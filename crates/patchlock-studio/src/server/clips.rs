@@ -1,8 +1,9 @@
 //! Clips: a video with its project. What the page asks and changes.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex, OnceLock, PoisonError, RwLock};
+use std::sync::{Arc, Mutex, OnceLock};
 use std::time::{Duration, Instant};
 
 use axum::Json;
@@ -16,16 +17,17 @@ use serde_json::{Map, Value, json};
 use tokio::sync::{MutexGuard, broadcast};
 
 use super::advice;
-use super::answer::{BodyReader, PathParam, Refusal, aside, parsed};
-use super::app::{App, Settings};
+use super::answer::{BodyReader, JsonAnswer, PathParam, Refusal, aside, parsed};
+use super::app::App;
 use super::frames::{Cache, Reader};
-use super::jobs::{CancelledJobs, Jobs};
+use super::jobs::Jobs;
+use super::lock;
 use super::options::ProjectLocation;
-use crate::engine::Engine;
 use crate::engine::plan::TrackRequest;
+use crate::engine::{Engine, Settings};
 use crate::import::ImportResult;
-use crate::project::{self, Edit, Error, Label, SharedLabels, Store};
-use crate::tracking::review::unknown;
+use crate::project::{self, Edit, Error, History, Label, SharedLabels, Store};
+use crate::tracking::review::review_stats;
 
 /// Largest list of edits, in bytes of JSON.
 const EDIT_BYTES: u64 = 64 << 20;
@@ -37,41 +39,32 @@ const OPENING: Duration = Duration::from_secs(60);
 
 /// All clips, by their ids, which count from 1.
 pub struct Clips {
-    settings: Settings,
-    cache: Arc<Cache>,
-    all: RwLock<Vec<Arc<Clip>>>,
+    shared: Arc<Shared>,
+    all: Mutex<Vec<Arc<Clip>>>,
     /// Held by the one who adds a clip: it reads files, and nobody who asks for a clip waits for
     /// that.
     adding: Mutex<()>,
-    labels: Arc<Labels>,
 }
 
-/// The labels of all clips, in a file of the folder of the first one. Whoever has them may take a
-/// project, and nobody the other way round.
-struct Labels {
-    shared: Mutex<SharedLabels>,
+/// What all clips share.
+struct Shared {
+    settings: Settings,
+    cache: Arc<Cache>,
+    /// The labels of all clips, in a file of the folder of the first one. Whoever has them may take
+    /// a project, and nobody the other way round.
+    labels: Mutex<SharedLabels>,
 }
 
-impl Labels {
-    /// Changes them, and returns them with what the work returns.
-    fn update<T>(
+impl Shared {
+    /// Changes the labels, and returns them with what the work returns.
+    fn update_labels<T>(
         &self,
         work: impl FnOnce(&mut project::Vocabulary) -> Result<T, Error>,
     ) -> Result<(Vec<Label>, T), Error> {
-        let mut shared = self.shared.lock().unwrap_or_else(PoisonError::into_inner);
-        shared.update(|vocabulary| {
+        lock(&self.labels).update(|vocabulary| {
             let done = work(vocabulary)?;
             Ok((vocabulary.labels(), done))
         })
-    }
-
-    /// Gives a project that was just opened the labels of all clips.
-    fn adopt(&self, store: &mut Store) -> Result<(), Error> {
-        let (labels, renamed) = self.update(|vocabulary| vocabulary.absorb(store.project()))?;
-        if store.set_labels(&labels, &renamed) && store.has_unsaved_changes() {
-            store.save()?;
-        }
-        Ok(())
     }
 }
 
@@ -83,9 +76,7 @@ pub struct Clip {
     pub id: usize,
     video: PathBuf,
     project: PathBuf,
-    settings: Settings,
-    cache: Arc<Cache>,
-    labels: Arc<Labels>,
+    shared: Arc<Shared>,
     opened: OnceLock<Result<Arc<OpenClip>, Arc<project::Error>>>,
 }
 
@@ -114,22 +105,34 @@ pub struct ProjectState {
     told: u64,
 }
 
+impl ProjectState {
+    /// Checks that the sender of edits knows the project as it is.
+    fn check_revision(&self, revision: u64) -> Result<(), Refusal> {
+        let now = self.store.revision();
+        match (self.told..=now).contains(&revision) {
+            true => Ok(()),
+            false => Err(Refusal::conflict(now)),
+        }
+    }
+}
+
 impl Clips {
     /// No clips yet; the labels of all are in this folder.
     pub fn new(settings: Settings, folder: &Path) -> Self {
-        Self {
-            settings,
-            cache: Arc::default(),
-            all: RwLock::default(),
-            adding: Mutex::default(),
-            labels: Arc::new(Labels { shared: Mutex::new(SharedLabels::new(folder)) }),
-        }
+        let labels = Mutex::new(SharedLabels::new(folder));
+        let shared = Arc::new(Shared { settings, cache: Arc::default(), labels });
+        Self { shared, all: Mutex::default(), adding: Mutex::default() }
+    }
+
+    /// What all clips share.
+    pub fn settings(&self) -> &Settings {
+        &self.shared.settings
     }
 
     /// Adds a clip, with a project file of its own.
     pub fn add(&self, video: &Path, projects: &ProjectLocation) -> Arc<Clip> {
         let name = video.file_name().unwrap_or(video.as_os_str()).to_string_lossy().into_owned();
-        let _adding = self.adding.lock().unwrap_or_else(PoisonError::into_inner);
+        let _adding = lock(&self.adding);
         let all = self.all();
         let is_taken = |file: &Path| all.iter().any(|clip| clip.project == file);
         let project = projects.file(video, is_taken);
@@ -138,25 +141,22 @@ impl Clips {
             id: all.len() + 1,
             video: video.to_path_buf(),
             project,
-            settings: self.settings.clone(),
-            cache: Arc::clone(&self.cache),
-            labels: Arc::clone(&self.labels),
+            shared: Arc::clone(&self.shared),
             opened: OnceLock::new(),
         });
-        self.all.write().unwrap_or_else(PoisonError::into_inner).push(Arc::clone(&clip));
+        lock(&self.all).push(Arc::clone(&clip));
         clip
     }
 
     /// All clips.
     pub fn all(&self) -> Vec<Arc<Clip>> {
-        self.all.read().unwrap_or_else(PoisonError::into_inner).clone()
+        lock(&self.all).clone()
     }
 
     /// The clip with this id.
     pub fn get(&self, id: usize) -> Result<Arc<Clip>, Refusal> {
-        let all = self.all.read().unwrap_or_else(PoisonError::into_inner);
-        let found = id.checked_sub(1).and_then(|at| all.get(at));
-        found.cloned().ok_or_else(|| Refusal::unknown(format!("there is no clip {id}")))
+        let found = id.checked_sub(1).and_then(|at| lock(&self.all).get(at).cloned());
+        found.ok_or_else(|| Refusal::unknown(format!("there is no clip {id}")))
     }
 
     /// The clip with this id, open.
@@ -177,12 +177,15 @@ impl Clips {
 
     /// The labels of all clips.
     pub fn labels(&self) -> Result<Vec<Label>, Error> {
-        Ok(self.labels.update(|_| Ok(()))?.0)
+        Ok(self.shared.update_labels(|_| Ok(()))?.0)
     }
 
     /// Makes edits of labels, for all clips. It is no step of any history: a label belongs to all
     /// clips, and undoing it in one would take it from the others.
     fn label(&self, edits: &[Edit]) -> Result<(), Refusal> {
+        if edits.is_empty() {
+            return Ok(());
+        }
         let opened = self.opened();
         let in_use = |name: &str| {
             let uses = |clip: &Arc<OpenClip>| {
@@ -194,7 +197,7 @@ impl Clips {
             let renamed = edits.iter().map(|edit| vocabulary.apply(edit, in_use));
             renamed.collect::<Result<Vec<_>, Error>>()
         };
-        let (labels, renamed) = self.labels.update(change)?;
+        let (labels, renamed) = self.shared.update_labels(change)?;
         let renamed: Vec<_> = renamed.into_iter().flatten().collect();
         for clip in opened {
             clip.relabel(&labels, &renamed)?;
@@ -212,18 +215,20 @@ impl Clips {
                 edits.push(add);
             }
         }
-        if edits.is_empty() { Ok(()) } else { self.label(&edits) }
+        self.label(&edits)
     }
 
     /// Applies edits to a clip at the revision that the sender knew; those of labels to all clips.
     fn edit(&self, clip: &OpenClip, revision: u64, edits: Vec<Edit>) -> Result<u64, Refusal> {
         let (of_labels, others): (Vec<_>, Vec<_>) = edits.into_iter().partition(Edit::is_of_labels);
-        if of_labels.is_empty() {
-            return clip.edit(revision, others);
+        if !of_labels.is_empty() {
+            clip.hold().check_revision(revision)?;
+            self.label(&of_labels)?;
+            if others.is_empty() {
+                return Ok(revision);
+            }
         }
-        clip.check_revision(revision)?;
-        self.label(&of_labels)?;
-        if others.is_empty() { Ok(revision) } else { clip.edit(revision, others) }
+        clip.edit(revision, others)
     }
 
     /// Adds targets to a clip, and labels and attributes that they need to all clips. Returns the revision and the
@@ -236,9 +241,7 @@ impl Clips {
         let names = imported.targets.iter().map(|target| target.label.clone()).collect::<Vec<_>>();
         let edits = imported.edits(&self.labels()?);
         let (of_labels, import): (Vec<_>, Vec<_>) = edits.into_iter().partition(Edit::is_of_labels);
-        if !of_labels.is_empty() {
-            self.label(&of_labels)?;
-        }
+        self.label(&of_labels)?;
         self.need(&names)?;
         let mut held = clip.hold();
         let before = held.store.project().next_id;
@@ -251,32 +254,26 @@ impl Clips {
     /// removed since. Says the revision, and the step in words if there is one.
     fn step(&self, clip: &OpenClip, redo: bool) -> Result<Value, Refusal> {
         let said = |revision: u64, text| json!({ "revision": revision, "text": text });
-        let text = |store: &Store| {
-            let text = if redo { store.redo_text() } else { store.undo_text() };
-            text.map(ToOwned::to_owned)
-        };
+        let text = |history: &History| history.text(redo).map(ToOwned::to_owned);
         let (meant, targets, asked) = {
-            let store = &clip.hold().store;
-            (store.step(redo), store.targets_of_step(redo), text(store))
+            let held = clip.hold();
+            let history = held.store.history();
+            (history.id(redo), history.targets(redo), text(history))
         };
         let Some(meant) = meant else { return Ok(said(clip.hold().store.revision(), None)) };
         // A correction and the tracking that follows from it are one step.
-        Jobs::stop_step(clip, meant);
-        Jobs::stop_for(clip, &targets);
-        let needed = clip.hold().store.labels_of_step(redo);
+        clip.jobs.stop(clip, |_, step| step == meant);
+        clip.jobs.stop(clip, |target, _| targets.contains(&target));
+        let needed = clip.hold().store.history().labels(redo);
         self.need(&needed)?;
         let mut held = clip.hold();
-        if held.store.step(redo) != Some(meant) {
+        if held.store.history().id(redo) != Some(meant) {
             // Tracking that had found nothing is no step any more.
             return Ok(said(clip.announce_and_save(&mut held)?, asked));
         }
         // It may have found more since then.
-        let done = text(&held.store);
-        if redo {
-            held.store.redo()?
-        } else {
-            held.store.undo()?
-        };
+        let done = text(held.store.history());
+        held.store.undo_or_redo(redo)?;
         Ok(said(clip.announce_and_save(&mut held)?, done))
     }
 
@@ -308,24 +305,26 @@ impl Clip {
     }
 
     fn open_now(&self) -> Result<OpenClip, project::Error> {
-        let limits = self.settings.limits;
+        let Shared { settings, cache, .. } = &*self.shared;
+        let limits = settings.limits;
         let mut store = Store::open_within(&self.project, Some(&self.video), limits)?;
         store.keep_history()?;
-        self.labels.adopt(&mut store)?;
-        let source = patchlock_media::open_within(&self.video, false, limits)?;
+        let absorb = |all: &mut project::Vocabulary| all.absorb(store.project());
+        let (labels, renamed) = self.shared.update_labels(absorb)?;
+        if store.set_labels(&labels, &renamed) && store.has_unsaved_changes() {
+            store.save()?;
+        }
+        let engine = Engine { video: self.video.clone(), settings: settings.clone() };
+        let source = engine.open(false)?;
         let video = &store.project().video;
         let (frames, width, height) = (video.frames, video.width, video.height);
         let changed = store.changed().map(|change| change.to_string());
         // A changed video may have another length, of which the page warns. The same one has not.
-        if let Some(length) =
-            source.length().filter(|&length| length != frames && changed.is_none())
-        {
-            return Err(project::Error::Invalid {
-                path: store.path().to_path_buf(),
-                reason: format!(
-                    "it says that the video has {frames} frames; the video has {length}"
-                ),
-            });
+        let is_wrong = |length: &usize| *length != frames && changed.is_none();
+        if let Some(length) = source.length().filter(is_wrong) {
+            let reason =
+                format!("it says that the video has {frames} frames; the video has {length}");
+            return Err(project::Error::Invalid { path: store.path().to_path_buf(), reason });
         }
         Ok(OpenClip {
             name: self.name.clone(),
@@ -333,13 +332,8 @@ impl Clip {
             width,
             height,
             rate: source.rate(),
-            reader: Reader::new(&self.video, limits, frames, self.id, Arc::clone(&self.cache)),
-            engine: Engine {
-                video: self.video.clone(),
-                limits,
-                config: self.settings.config.clone(),
-                pool: Arc::clone(&self.settings.pool),
-            },
+            reader: Reader::new(&self.video, limits, frames, self.id, Arc::clone(cache)),
+            engine,
             jobs: Jobs::default(),
             events: broadcast::channel(EVENTS).0,
             changed,
@@ -361,10 +355,8 @@ impl Clip {
         let held = opened.hold();
         let project = held.store.project();
         let targets = &project.targets;
-        let of_target = |target| unknown(target, opened.frames);
-        let lengths =
-            |stretches: Vec<[usize; 2]>| stretches.iter().map(|[a, b]| b - a + 1).sum::<usize>();
-        let unknown: Vec<usize> = targets.iter().map(of_target).map(lengths).collect();
+        let unknown = targets.iter().map(|target| review_stats(target, opened.frames).unknown);
+        let unknown: Vec<usize> = unknown.collect();
         json!({
             "id": id,
             "name": name,
@@ -431,8 +423,8 @@ impl OpenClip {
         let job = self.jobs.state();
         let held = self.hold();
         let targets = &held.store.project().targets;
-        let mut colours = Map::new();
-        colours.extend(targets.iter().map(|it| (it.id.to_string(), it.colour().into())));
+        let colours: BTreeMap<String, &str> =
+            targets.iter().map(|it| (it.id.to_string(), it.colour())).collect();
         let project = serde_json::to_value(held.store.project());
         let project = project.map_err(|error| Refusal::failed(error.to_string()))?;
         Ok(json!({
@@ -451,16 +443,6 @@ impl OpenClip {
         }))
     }
 
-    /// Checks that the sender of edits knows the project as it is.
-    fn check_revision(&self, revision: u64) -> Result<(), Refusal> {
-        let held = self.hold();
-        let now = held.store.revision();
-        match (held.told..=now).contains(&revision) {
-            true => Ok(()),
-            false => Err(Refusal::conflict(now)),
-        }
-    }
-
     /// Gives the project the labels of all clips, and tells the windows.
     fn relabel(&self, labels: &[Label], renamed: &[(String, String)]) -> Result<(), Error> {
         let mut held = self.hold();
@@ -476,12 +458,9 @@ impl OpenClip {
     /// Applies edits to the revision that the sender knew, and writes the project.
     fn edit(&self, revision: u64, edits: Vec<Edit>) -> Result<u64, Refusal> {
         let shaped: Vec<u64> = edits.iter().flat_map(Edit::shapes).collect();
-        Jobs::stop_for(self, &shaped);
+        self.jobs.stop(self, |target, _| shaped.contains(&target));
         let mut held = self.hold();
-        let now = held.store.revision();
-        if !(held.told..=now).contains(&revision) {
-            return Err(Refusal::conflict(now));
-        }
+        held.check_revision(revision)?;
         held.store.apply(edits)?;
         self.announce_and_save(&mut held)
     }
@@ -510,7 +489,7 @@ impl FromRequestParts<Arc<App>> for ClipRequest {
 }
 
 /// `GET /api/clips`
-pub async fn list(State(app): State<Arc<App>>) -> Result<Json<Value>, Refusal> {
+pub async fn list(State(app): State<Arc<App>>) -> JsonAnswer {
     let begun = Instant::now();
     let clips = app.clips.all();
     while clips.iter().any(|clip| clip.opened.get().is_none()) && begun.elapsed() < OPENING {
@@ -518,13 +497,15 @@ pub async fn list(State(app): State<Arc<App>>) -> Result<Json<Value>, Refusal> {
     }
     let summaries = move || {
         let clips: Vec<Value> = clips.iter().map(|clip| clip.summary()).collect();
-        Ok(json!({ "clips": clips, "camera": app.camera, "upload_bytes": app.upload_bytes }))
+        Ok(
+            json!({ "clips": clips, "camera": app.options.camera, "upload_bytes": app.options.upload_bytes }),
+        )
     };
     aside(summaries).await.map(Json)
 }
 
 /// `GET /api/clips/ID`
-pub async fn one(ClipRequest { clip, .. }: ClipRequest) -> Result<Json<Value>, Refusal> {
+pub async fn one(ClipRequest { clip, .. }: ClipRequest) -> JsonAnswer {
     aside(move || clip.whole()).await.map(Json)
 }
 
@@ -537,11 +518,8 @@ struct Edits {
 }
 
 /// `POST /api/clips/ID/edits`
-pub async fn edit(
-    ClipRequest { app, clip }: ClipRequest,
-    body: Body,
-) -> Result<Json<Value>, Refusal> {
-    let body = BodyReader::new(body, EDIT_BYTES, app.timeouts.body)?.whole().await?;
+pub async fn edit(ClipRequest { app, clip }: ClipRequest, body: Body) -> JsonAnswer {
+    let body = BodyReader::new(body, EDIT_BYTES, app.options.timeouts.body)?.whole().await?;
     let edit = move || {
         let Edits { revision, edits } = parsed(&body)?;
         Ok(json!({ "revision": app.clips.edit(&clip, revision, edits)? }))
@@ -550,21 +528,18 @@ pub async fn edit(
 }
 
 /// `POST /api/clips/ID/undo`
-pub async fn undo(ClipRequest { app, clip }: ClipRequest) -> Result<Json<Value>, Refusal> {
+pub async fn undo(ClipRequest { app, clip }: ClipRequest) -> JsonAnswer {
     aside(move || app.clips.step(&clip, false)).await.map(Json)
 }
 
 /// `POST /api/clips/ID/redo`
-pub async fn redo(ClipRequest { app, clip }: ClipRequest) -> Result<Json<Value>, Refusal> {
+pub async fn redo(ClipRequest { app, clip }: ClipRequest) -> JsonAnswer {
     aside(move || app.clips.step(&clip, true)).await.map(Json)
 }
 
 /// `POST /api/clips/ID/track`
-pub async fn track(
-    ClipRequest { app, clip }: ClipRequest,
-    body: Body,
-) -> Result<Json<Value>, Refusal> {
-    let body = BodyReader::new(body, EDIT_BYTES, app.timeouts.body)?.whole().await?;
+pub async fn track(ClipRequest { app, clip }: ClipRequest, body: Body) -> JsonAnswer {
+    let body = BodyReader::new(body, EDIT_BYTES, app.options.timeouts.body)?.whole().await?;
     let start = move || {
         let mut request: Map<String, Value> = parsed(&body)?;
         let since = request.remove("since").unwrap_or_default();
@@ -577,9 +552,9 @@ pub async fn track(
 }
 
 /// `POST /api/clips/ID/stop`
-pub async fn stop(ClipRequest { clip, .. }: ClipRequest) -> Result<Json<Value>, Refusal> {
+pub async fn stop(ClipRequest { clip, .. }: ClipRequest) -> JsonAnswer {
     let stop = move || {
-        let CancelledJobs { running, dropped } = Jobs::stop_all(&clip);
+        let (running, dropped) = clip.jobs.stop(&clip, |_, _| true);
         Ok(json!({ "stopped": dropped.len() + usize::from(running), "dropped": dropped }))
     };
     aside(stop).await.map(Json)

@@ -5,7 +5,7 @@
 //! have permits of their own.
 
 use std::collections::VecDeque;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use axum::http::StatusCode;
@@ -18,6 +18,7 @@ use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio::task::AbortHandle;
 
 use super::answer::Refusal;
+use super::lock;
 use super::timeouts::{TimeoutStream, Timeouts};
 
 /// Most connections at once that have shown the token.
@@ -33,13 +34,9 @@ struct ConnectionPool {
 }
 
 impl ConnectionPool {
-    fn strangers(&self) -> MutexGuard<'_, VecDeque<(u64, AbortHandle)>> {
-        self.strangers.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
     /// This connection is no stranger any more.
     fn forget(&self, number: u64) {
-        self.strangers().retain(|(stranger, _)| *stranger != number);
+        lock(&self.strangers).retain(|(stranger, _)| *stranger != number);
     }
 }
 
@@ -57,7 +54,7 @@ impl Permit {
     /// A request on this connection has shown the token.
     pub fn has_token(&self) -> Result<(), Refusal> {
         let PermitState { number, pool, known } = &*self.0;
-        let mut known = known.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut known = lock(known);
         if known.is_none() {
             let permit = Arc::clone(&pool.known).try_acquire_owned();
             *known = Some(permit.map_err(|_| too_many())?);
@@ -87,7 +84,7 @@ pub async fn accept(listener: TcpListener, routes: Router, strangers: usize, tim
         let state = PermitState { number, pool: Arc::clone(&pool), known: Mutex::default() };
         let served = serve(stream, routes.clone(), Permit(Arc::new(state)), timeouts);
         // The task leaves this list when it ends, so it must be in it before that.
-        let mut all = pool.strangers();
+        let mut all = lock(&pool.strangers);
         while all.len() >= strangers.max(1) {
             let Some((_, oldest)) = all.pop_front() else { break };
             oldest.abort();

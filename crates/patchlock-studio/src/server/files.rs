@@ -24,7 +24,7 @@ use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
-use super::answer::{BodyReader, QueryParams, Refusal, aside};
+use super::answer::{BodyReader, JsonAnswer, QueryParams, Refusal, aside};
 use super::app::App;
 use super::clips::{ClipRequest, Clips, OpenClip};
 use super::options::ProjectLocation;
@@ -50,10 +50,10 @@ pub async fn upload(
     State(app): State<Arc<App>>,
     QueryParams(UploadQuery { name }): QueryParams<UploadQuery>,
     body: Body,
-) -> Result<Json<Value>, Refusal> {
-    let mut pieces = BodyReader::new(body, app.upload_bytes, app.timeouts.body)?;
+) -> JsonAnswer {
+    let mut pieces = BodyReader::new(body, app.options.upload_bytes, app.options.timeouts.body)?;
     let name = plain_name(&name)?;
-    let folder = app.uploads.clone();
+    let folder = app.options.uploads.clone();
     let file = aside({
         let (folder, name) = (folder.clone(), name.clone());
         move || begin(&folder, &name).map_err(|error| cannot_keep(&folder, &error))
@@ -67,7 +67,7 @@ pub async fn upload(
     file.sync_all().await.map_err(|error| cannot_keep(&folder, &error))?;
     drop(file);
     let clip = aside(move || {
-        let mut source = patchlock_media::open_within(&path, false, app.settings.limits)?;
+        let mut source = patchlock_media::open_within(&path, false, app.options.limits)?;
         if source.frame(0)?.is_none() {
             return Err(Refusal::bad(format!("{name} has no frames")));
         }
@@ -140,9 +140,9 @@ pub async fn import_boxes(
     QueryParams(ImportQuery { format, preview }): QueryParams<ImportQuery>,
     ClipRequest { app, clip }: ClipRequest,
     body: Body,
-) -> Result<Json<Value>, Refusal> {
+) -> JsonAnswer {
     let format = import::Format::named(&format)?;
-    let content = BodyReader::new(body, TABLE_BYTES, app.timeouts.body)?.whole().await?;
+    let content = BodyReader::new(body, TABLE_BYTES, app.options.timeouts.body)?.whole().await?;
     let files = match format.has_files() {
         true => files_of(&content)?,
         false => vec![import::File { name: String::new(), content }],
@@ -303,43 +303,18 @@ impl ExportQuery {
 /// What an export of boxes says of them, in the header of its answer.
 const REMARKS: &str = "patchlock-remarks";
 
-/// Adds what an export has left out, and what is doubtful.
-fn with_remarks(mut answer: Response, written: &ExportSummary) -> Response {
-    let remarks = written.remarks().join("; ");
-    if let Ok(remarks) = HeaderValue::from_str(&remarks)
-        && !remarks.is_empty()
-    {
-        answer.headers_mut().insert(REMARKS, remarks);
-    }
-    answer
-}
-
 /// `GET /api/clips/ID/export?format=NAME`: a file, or a folder as one file.
 pub async fn export_boxes(
     QueryParams(query): QueryParams<ExportQuery>,
     ClipRequest { app, clip }: ClipRequest,
 ) -> Result<Response, Refusal> {
-    let stem = stem(&clip.name);
-    let options = query.options(stem.clone(), app.settings.limits)?;
-    let format = options.format;
-    let written = aside(move || {
-        let cannot = |error: io::Error| cannot_keep(&std::env::temp_dir(), &error);
+    let options = query.options(stem(&clip.name), app.options.limits)?;
+    let write = move |options: &export::Options, out: &Path| {
         let project = clip.hold().store.project().clone();
-        let folder = tempfile::tempdir().map_err(cannot)?;
-        let out = folder.path().join("export");
-        let written = export::write(&project, &clip.engine.video, &options, &out, false)?;
-        let file = NamedTempFile::new().map_err(cannot)?;
-        if format.is_file() {
-            std::fs::copy(&out, file.path()).map_err(cannot)?;
-        } else {
-            pack(&out, &options.name, file.as_file()).map_err(cannot)?;
-        }
-        Ok((file.into_temp_path(), written))
-    });
-    let (file, written) = written.await?;
-    let ending = format.ending().unwrap_or("zip");
-    let name = format!("{stem}.{}.{ending}", format.name());
-    Ok(with_remarks(download(Box::new(file), kind(ending), &name).await?, &written))
+        Ok(export::write(&project, &clip.engine.video, options, out, false)?)
+    };
+    let ending = options.format.ending().unwrap_or("zip");
+    exported(options, ending, write).await
 }
 
 /// `GET /api/export?format=NAME&val=SHARE`: all clips as one data set, a folder as one file.
@@ -347,24 +322,46 @@ pub async fn export_all(
     State(app): State<Arc<App>>,
     QueryParams(query): QueryParams<ExportQuery>,
 ) -> Result<Response, Refusal> {
-    let options = query.options("clips".to_owned(), app.settings.limits)?;
-    let format = options.format;
+    let options = query.options("clips".to_owned(), app.options.limits)?;
     let val = export::Val::named(&query.val);
-    let written = aside(move || {
-        let cannot = |error: io::Error| cannot_keep(&std::env::temp_dir(), &error);
+    let write = move |options: &export::Options, out: &Path| {
         let labels = app.clips.labels()?;
         let clips = of_all(&app.clips)?;
+        let all = export::write_all(&clips, &labels, options, val.as_ref(), out, &|| false)?;
+        Ok(all.written)
+    };
+    exported(options, "zip", write).await
+}
+
+/// What is written, a file or a folder, as one file with this ending. A header has what the export has
+/// left out, and what is doubtful.
+async fn exported(
+    options: export::Options,
+    ending: &'static str,
+    write: impl FnOnce(&export::Options, &Path) -> Result<ExportSummary, Refusal> + Send + 'static,
+) -> Result<Response, Refusal> {
+    let name = format!("{}.{}.{ending}", options.name, options.format.name());
+    let written = aside(move || {
+        let cannot = |error: io::Error| cannot_keep(&std::env::temp_dir(), &error);
         let folder = tempfile::tempdir().map_err(cannot)?;
         let out = folder.path().join("export");
-        let all = export::write_all(&clips, &labels, &options, val.as_ref(), &out, &|| false)?;
+        let written = write(&options, &out)?;
         let file = NamedTempFile::new().map_err(cannot)?;
-        pack(&out, &options.name, file.as_file()).map_err(cannot)?;
-        Ok((file.into_temp_path(), all.written))
+        match out.is_dir() {
+            true => pack(&out, &options.name, file.as_file()).map_err(cannot)?,
+            false => drop(std::fs::copy(&out, file.path()).map_err(cannot)?),
+        }
+        Ok((file.into_temp_path(), written))
     });
     let (file, written) = written.await?;
-    let answer =
-        download(Box::new(file), kind("zip"), &format!("clips.{}.zip", format.name())).await?;
-    Ok(with_remarks(answer, &written))
+    let mut answer = download(Box::new(file), kind(ending), &name).await?;
+    let remarks = written.remarks().join("; ");
+    if let Ok(remarks) = HeaderValue::from_str(&remarks)
+        && !remarks.is_empty()
+    {
+        answer.headers_mut().insert(REMARKS, remarks);
+    }
+    Ok(answer)
 }
 
 /// All clips of the page, under names that differ. One that cannot be opened is an error: a data
@@ -495,13 +492,13 @@ mod tests {
 
     async fn status(server: &InProcessServer, method: Method, path: &str, body: &str) -> u16 {
         let access = &server.app.access;
-        let shown = access.address(false, "");
+        let shown = access.url(false, "");
         let host = shown.trim_start_matches("http://").trim_end_matches("/#");
         let request = Request::builder()
             .method(method)
             .uri(path)
             .header("host", host)
-            .header("authorization", format!("Bearer {}", access.token()))
+            .header("authorization", format!("Bearer {}", access.token))
             .body(Body::from(body.to_owned()));
         let answer = server.answer(request.expect("is a request"));
         tokio::time::timeout(LONG, answer).await.expect("is answered").status().as_u16()

@@ -3,7 +3,7 @@
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
@@ -11,6 +11,7 @@ use serde_json::{Value, json};
 
 use super::answer::Refusal;
 use super::clips::{OpenClip, ProjectState, no_target};
+use super::lock;
 use crate::engine::Listener;
 use crate::engine::plan::{self, Span, TrackRequest};
 use crate::project::{Edit, TrackedBox, cut_map};
@@ -39,6 +40,13 @@ struct Queue {
     closed: bool,
 }
 
+impl Queue {
+    /// The targets of the jobs that wait.
+    fn waiting(&self) -> Vec<u64> {
+        self.waiting.iter().map(|it| it.request.target()).collect()
+    }
+}
+
 /// A job that waits.
 #[derive(Debug, Clone, Copy)]
 struct QueuedJob {
@@ -48,9 +56,11 @@ struct QueuedJob {
     step: u64,
 }
 
+#[derive(Debug, Clone)]
 struct RunningJob {
     id: u64,
     target: u64,
+    /// The step of the history that it adds to.
     step: u64,
     stop: Arc<AtomicBool>,
     progress: JobProgress,
@@ -77,10 +87,6 @@ impl JobProgress {
 }
 
 impl Jobs {
-    fn lock(&self) -> MutexGuard<'_, Queue> {
-        self.queue.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
     /// Begins a job, or lets it wait for those before it. Returns its id. It is undone with the change
     /// that has made the revision `since`, if it follows one; if that has been undone, there is no
     /// job.
@@ -91,7 +97,7 @@ impl Jobs {
     ) -> Result<Option<u64>, Refusal> {
         let step = {
             let mut held = clip.hold();
-            if since.is_some_and(|since| held.store.is_undone(since)) {
+            if since.is_some_and(|since| held.store.history().is_undone(since)) {
                 return Ok(None);
             }
             if spans(&held, clip.frames, request)?.is_empty() {
@@ -99,7 +105,7 @@ impl Jobs {
             }
             held.store.begin_tracking(request.target(), since)
         };
-        let mut queue = clip.jobs.lock();
+        let mut queue = lock(&clip.jobs.queue);
         if queue.closed {
             drop(queue);
             clip.hold().store.end_tracking(step);
@@ -121,15 +127,14 @@ impl Jobs {
     /// Tells the windows which targets wait.
     fn tell_queue(&self, clip: &OpenClip) {
         // The lock is held until it is told: a window takes the list that comes last for the newest.
-        let queue = self.lock();
-        let waiting: Vec<u64> = queue.waiting.iter().map(|it| it.request.target()).collect();
-        clip.tell(&json!({ "type": "queue", "waiting": waiting }));
+        let queue = lock(&self.queue);
+        clip.tell(&json!({ "type": "queue", "waiting": queue.waiting() }));
     }
 
     /// The state for the page: `null`, or the running job and the targets that wait.
     pub fn state(&self) -> Value {
-        let queue = self.lock();
-        let waiting: Vec<u64> = queue.waiting.iter().map(|it| it.request.target()).collect();
+        let queue = lock(&self.queue);
+        let waiting = queue.waiting();
         let Some(RunningJob { id, target, progress, .. }) = &queue.running else {
             return match queue.waiting.front() {
                 Some(QueuedJob { id, request, .. }) => json!({
@@ -152,46 +157,33 @@ impl Jobs {
 
     /// The targets that are tracked now, or wait for it.
     pub fn targets(&self) -> Vec<u64> {
-        let queue = self.lock();
-        let waiting = queue.waiting.iter().map(|it| it.request.target());
-        waiting.chain(queue.running.as_ref().map(|running| running.target)).collect()
-    }
-
-    /// Stops all jobs, and waits until the running one has handed over what it found.
-    pub fn stop_all(clip: &OpenClip) -> CancelledJobs {
-        clip.jobs.stop(clip, |_, _| true)
-    }
-
-    /// Stops all jobs of targets as [`Jobs::stop_all`] does.
-    pub fn stop_for(clip: &OpenClip, targets: &[u64]) -> CancelledJobs {
-        clip.jobs.stop(clip, |target, _| targets.contains(&target))
-    }
-
-    /// Stops all jobs that add to a step of the history as [`Jobs::stop_all`] does.
-    pub fn stop_step(clip: &OpenClip, step: u64) -> CancelledJobs {
-        clip.jobs.stop(clip, |_, of| of == step)
+        let queue = lock(&self.queue);
+        let mut targets = queue.waiting();
+        targets.extend(queue.running.as_ref().map(|running| running.target));
+        targets
     }
 
     /// Stops all jobs, and takes no more.
     pub fn close(clip: &OpenClip) {
         let worker = {
-            let mut queue = clip.jobs.lock();
+            let mut queue = lock(&clip.jobs.queue);
             queue.closed = true;
             queue.worker.take()
         };
-        Self::stop_all(clip);
+        clip.jobs.stop(clip, |_, _| true);
         // The thread holds the project until its last statement.
         worker.map(JoinHandle::join);
     }
 
-    /// Stops the jobs whose target and step are asked for.
-    fn stop(&self, clip: &OpenClip, which: impl Fn(u64, u64) -> bool) -> CancelledJobs {
-        let mut queue = self.lock();
-        let is_meant = |it: &QueuedJob| which(it.request.target(), it.step);
-        let dropped: Vec<QueuedJob> =
-            queue.waiting.iter().filter(|it| is_meant(it)).copied().collect();
-        queue.waiting.retain(|it| !is_meant(it));
-        let running = queue.running.as_ref().filter(|it| which(it.target, it.step));
+    /// Stops the jobs whose target and step of the history are meant, and waits until the running one
+    /// has handed over what it found. Returns whether one was running, and the targets of those that
+    /// were waiting.
+    pub fn stop(&self, clip: &OpenClip, is_meant: impl Fn(u64, u64) -> bool) -> (bool, Vec<u64>) {
+        let mut queue = lock(&self.queue);
+        let (dropped, waiting): (VecDeque<_>, _) =
+            queue.waiting.drain(..).partition(|it| is_meant(it.request.target(), it.step));
+        queue.waiting = waiting;
+        let running = queue.running.as_ref().filter(|it| is_meant(it.target, it.step));
         let running = running.map(|running| {
             running.stop.store(true, Ordering::SeqCst);
             running.id
@@ -208,16 +200,8 @@ impl Jobs {
             self.tell_queue(clip);
         }
         let dropped = dropped.iter().map(|it| it.request.target()).collect();
-        CancelledJobs { running: running.is_some(), dropped }
+        (running.is_some(), dropped)
     }
-}
-
-/// Which jobs were stopped.
-pub struct CancelledJobs {
-    /// Whether one was running.
-    pub running: bool,
-    /// The targets of those that were waiting.
-    pub dropped: Vec<u64>,
 }
 
 fn spans(held: &ProjectState, frames: usize, request: TrackRequest) -> Result<Vec<Span>, Refusal> {
@@ -229,21 +213,21 @@ fn spans(held: &ProjectState, frames: usize, request: TrackRequest) -> Result<Ve
 /// Works on the jobs of a clip until none is left.
 fn work(clip: &Arc<OpenClip>) {
     loop {
-        let mut queue = clip.jobs.lock();
+        let mut queue = lock(&clip.jobs.queue);
         let Some(QueuedJob { id, request, step }) = queue.waiting.pop_front() else {
             // Whoever closes the clip has taken the handle to wait for this thread.
             queue.worker = None;
             return;
         };
-        let stop = Arc::new(AtomicBool::new(false));
-        let progress = JobProgress { begun: Instant::now(), done: 0, total: 0 };
         let target = request.target();
-        queue.running = Some(RunningJob { id, target, step, stop: Arc::clone(&stop), progress });
+        let progress = JobProgress { begun: Instant::now(), done: 0, total: 0 };
+        let running = RunningJob { id, target, step, stop: Arc::default(), progress };
+        queue.running = Some(running.clone());
         drop(queue);
         clip.jobs.tell_queue(clip);
-        let result = Job::new(clip, id, target, step, stop).run(request);
+        let result = Job::new(clip, running).run(request);
         // Whoever waits for the end may then change what the job has found.
-        clip.jobs.lock().running = None;
+        lock(&clip.jobs.queue).running = None;
         clip.jobs.ended.notify_all();
         let (state, error) = match &result {
             Ok(true) => ("done", None),
@@ -257,51 +241,42 @@ fn work(clip: &Arc<OpenClip>) {
     }
 }
 
-/// A running job.
+/// A job on the thread that works on it.
 struct Job<'a> {
     clip: &'a OpenClip,
-    id: u64,
-    target: u64,
-    stop: Arc<AtomicBool>,
-    progress: JobProgress,
+    running: RunningJob,
     /// Boxes that the windows do not know yet.
     untold: Vec<(usize, TrackedBox)>,
     told_at: Instant,
     /// Boxes that are not in the project yet.
     unsaved: BTreeMap<usize, TrackedBox>,
     saved_at: Instant,
-    /// The step of the history that it adds to.
-    step: u64,
 }
 
 impl<'a> Job<'a> {
-    fn new(clip: &'a OpenClip, id: u64, target: u64, step: u64, stop: Arc<AtomicBool>) -> Self {
+    fn new(clip: &'a OpenClip, running: RunningJob) -> Self {
         let now = Instant::now();
-        let progress = JobProgress { begun: now, done: 0, total: 0 };
-        Self {
-            clip,
-            id,
-            target,
-            stop,
-            progress,
-            untold: Vec::new(),
-            told_at: now,
-            unsaved: BTreeMap::new(),
-            saved_at: now,
-            step,
+        let (untold, unsaved) = (Vec::new(), BTreeMap::new());
+        Self { clip, running, untold, told_at: now, unsaved, saved_at: now }
+    }
+
+    /// Shows the other threads how far it is, and the step that it adds to.
+    fn publish(&self) {
+        if let Some(running) = lock(&self.clip.jobs.queue).running.as_mut() {
+            running.clone_from(&self.running);
         }
     }
 
     /// Tracks all spans; false if it was stopped.
     fn run(mut self, request: TrackRequest) -> Result<bool, Refusal> {
-        let (job, target) = (self.id, self.target);
+        let RunningJob { id: job, target, .. } = self.running;
         self.clip.tell(&json!({ "type": "job", "state": "running", "job": job, "target": target }));
         let result = self.track_all(request);
         self.tell();
         // What was found before an error is kept, too.
         let kept = self.keep();
         let mut held = self.clip.hold();
-        held.store.end_tracking(self.step);
+        held.store.end_tracking(self.running.step);
         let saved = held.store.save().map_err(Refusal::from);
         drop(held);
         let done = result?;
@@ -312,18 +287,18 @@ impl<'a> Job<'a> {
         // The project may have changed while the job waited.
         let (spans, before) = {
             let held = self.clip.hold();
-            let target = held.store.project().target(self.target);
+            let target = held.store.project().target(self.running.target);
             let before = target.map(doubtful).unwrap_or_default();
             (spans(&held, self.clip.frames, request)?, before)
         };
-        self.progress.total = spans.iter().map(Span::steps).sum();
+        self.running.progress.total = spans.iter().map(Span::steps).sum();
         for span in spans {
             let engine = &self.clip.engine;
             let tracked = engine.track(span, &before, self);
             let Some(boxes) = tracked.map_err(|error| Refusal::failed(error.to_string()))? else {
                 return Ok(false);
             };
-            if let Span::Between { .. } = span {
+            if !boxes.is_empty() {
                 self.untold.extend(&boxes);
                 self.unsaved.extend(boxes);
                 self.tell();
@@ -335,55 +310,53 @@ impl<'a> Job<'a> {
     /// Sends the windows what was found since the last time.
     fn tell(&mut self) {
         self.told_at = Instant::now();
-        if let Some(running) = self.clip.jobs.lock().running.as_mut() {
-            running.progress = self.progress;
-        }
+        self.publish();
         let boxes: Vec<Value> = self.untold.drain(..).map(row).collect();
+        let RunningJob { id, target, progress, .. } = &self.running;
         self.clip.tell(&json!({
             "type": "tracked",
-            "job": self.id,
-            "target": self.target,
+            "job": id,
+            "target": target,
             "boxes": boxes,
-            "fps": self.progress.speed(),
-            "left": self.progress.left(),
-            "done": self.progress.done,
-            "total": self.progress.total,
+            "fps": progress.speed(),
+            "left": progress.left(),
+            "done": progress.done,
+            "total": progress.total,
         }));
     }
 
     /// Puts what was found since the last time into the project.
     fn keep(&mut self) -> Result<(), Refusal> {
         self.saved_at = Instant::now();
+        let target = self.running.target;
         let mut held = self.clip.hold();
         let mut edits = Vec::new();
         while let Some(piece) = first_run(&mut self.unsaved) {
             let ends = piece.keys().next().copied().zip(piece.keys().next_back().copied());
             let Some((from, to)) = ends else { break };
-            edits.push(Edit::SetTracked { target: self.target, from, to, tracked: piece });
+            edits.push(Edit::SetTracked { target, from, to, tracked: piece });
         }
         // The target may have been deleted in the meantime.
-        if edits.is_empty() || held.store.project().target(self.target).is_none() {
+        if edits.is_empty() || held.store.project().target(target).is_none() {
             return Ok(());
         }
-        self.step = held.store.track(self.target, self.step, edits)?;
+        self.running.step = held.store.track(target, self.running.step, edits)?;
         self.clip.tell_history(&held);
         let saved = held.store.save();
         // Whoever has the project may not wait for the jobs.
         drop(held);
-        if let Some(running) = self.clip.jobs.lock().running.as_mut() {
-            running.step = self.step;
-        }
+        self.publish();
         Ok(saved?)
     }
 }
 
 impl Listener for Job<'_> {
     fn stopped(&self) -> bool {
-        self.stop.load(Ordering::SeqCst)
+        self.running.stop.load(Ordering::SeqCst)
     }
 
     fn found(&mut self, frame: usize, tracked: Option<TrackedBox>) {
-        self.progress.done += 1;
+        self.running.progress.done += 1;
         if let Some(tracked) = tracked {
             self.untold.push((frame, tracked));
             self.unsaved.insert(frame, tracked);

@@ -1,13 +1,14 @@
 //! What of a target is visible in a frame, in pictures and words.
 
 use axum::Json;
-use patchlock::{BoundingBox, Estimate, Status, VisibilityMap};
+use patchlock::{BoundingBox, Status, VisibilityMap};
 use patchlock_media::Picture;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::answer::{QueryParams, Refusal, aside};
+use super::answer::{JsonAnswer, QueryParams, Refusal, aside};
 use super::clips::{ClipRequest, OpenClip, no_target};
+use crate::engine::Settings;
 use crate::engine::look::compare;
 use crate::project::{Target, TrackedBox};
 
@@ -22,7 +23,7 @@ pub struct LookQuery {
 pub async fn look(
     QueryParams(place): QueryParams<LookQuery>,
     ClipRequest { clip, .. }: ClipRequest,
-) -> Result<Json<Value>, Refusal> {
+) -> JsonAnswer {
     aside(move || look_at(&clip, &place)).await.map(Json)
 }
 
@@ -43,11 +44,26 @@ fn look_at(clip: &OpenClip, &LookQuery { target, frame }: &LookQuery) -> Result<
     };
     let key_picture = picture(clip, key_frame)?;
     let now = picture(clip, frame)?;
-    let engine = &clip.engine;
-    let compared =
-        engine.pool.install(|| compare(&engine.config, (&key_picture, key_box), (&now, bbox)));
+    let Settings { config, pool, .. } = &clip.engine.settings;
+    let compared = pool.install(|| compare(config, (&key_picture, key_box), (&now, bbox)));
     let estimate = compared.map_err(|error| Refusal::failed(error.to_string()))?;
-    Ok(answer(&estimate, bbox, tracked, key_frame, [clip.width, clip.height]))
+    let maps = estimate.visibility.as_ref();
+    let scales: Vec<Value> =
+        maps.into_iter().flat_map(|maps| [scale(&maps.large), scale(&maps.small)]).collect();
+    let visible = maps.map(patchlock::Visibility::share);
+    // A network has no map of patches.
+    let lost = estimate.status == Status::Lost;
+    let outside = outside(bbox, [clip.width, clip.height]);
+    Ok(json!({
+        "box": bbox,
+        "corners": estimate.corners,
+        "score": tracked.map_or(estimate.score, |tracked| tracked.score),
+        "status": tracked.map_or(estimate.status, |tracked| tracked.status),
+        "visible": visible,
+        "key": key_frame,
+        "scales": scales,
+        "words": words(tracked, (visible, lost), outside, key_frame),
+    }))
 }
 
 /// The nearest key frame, another one than this frame if there is one.
@@ -58,34 +74,8 @@ fn nearest_key(target: &Target, frame: usize) -> Option<(usize, BoundingBox)> {
 }
 
 fn picture(clip: &OpenClip, frame: usize) -> Result<Picture, Refusal> {
-    let mut source = patchlock_media::open_within(&clip.engine.video, false, clip.engine.limits)?;
-    let picture = source.frame(frame)?;
+    let picture = clip.engine.open(false)?.frame(frame)?;
     picture.ok_or_else(|| Refusal::unknown(format!("the video ended before frame {frame}")))
-}
-
-fn answer(
-    estimate: &Estimate,
-    bbox: BoundingBox,
-    tracked: Option<TrackedBox>,
-    key: usize,
-    size: [usize; 2],
-) -> Value {
-    let maps = estimate.visibility.as_ref();
-    let scales: Vec<Value> =
-        maps.into_iter().flat_map(|maps| [scale(&maps.large), scale(&maps.small)]).collect();
-    let visible = maps.map(patchlock::Visibility::share);
-    // A network has no map of patches.
-    let lost = estimate.status == Status::Lost;
-    json!({
-        "box": bbox,
-        "corners": estimate.corners,
-        "score": tracked.map_or(estimate.score, |tracked| tracked.score),
-        "status": tracked.map_or(estimate.status, |tracked| tracked.status),
-        "visible": visible,
-        "key": key,
-        "scales": scales,
-        "words": words(tracked, (visible, lost), outside(bbox, size), key),
-    })
 }
 
 fn scale(map: &VisibilityMap) -> Value {

@@ -29,13 +29,13 @@ pub mod window;
 
 use std::net::TcpListener;
 use std::path::PathBuf;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use axum::Router;
 use axum::body::Body;
-use axum::http::Request;
 use axum::http::header::CONTENT_TYPE;
+use axum::http::{Request, StatusCode};
 use axum::middleware;
 use axum::response::{IntoResponse, Response};
 use axum::routing::{any, get, post};
@@ -43,13 +43,14 @@ use hyper::service::Service as _;
 use hyper_util::service::TowerToHyperService;
 use patchlock_track::session;
 
-use crate::page;
+use crate::engine::Settings;
+use crate::page::{self, PageFile};
 use access::Access;
 use answer::{PathParam, Refusal};
-use app::{App, Settings};
+use app::App;
 use camera::Recordings;
 use clips::Clips;
-use code::OneTimeCode;
+use code::TokenExchange;
 use handler::boxed;
 
 pub use error::Error;
@@ -80,18 +81,16 @@ impl Server {
         let token = token_file.as_deref().map_or_else(token::draw, token::kept);
         let token = token.map_err(Error::Start)?;
         let access = Access::new(address, options.hosts.clone(), token, "'none'".to_owned());
+        let access = Arc::new(access.map_err(Error::Start)?);
+        let hint = "The address that a browser is given works once: open the one that patchlock \
+                    studio has printed. If nobody but you should have used it, end the program and \
+                    start it again.";
         let settings = Settings { config: options.config.clone(), pool, limits: options.limits };
         let app = Arc::new(App {
-            access: Arc::new(access.map_err(Error::Start)?),
-            token_file,
-            code: OneTimeCode::default(),
-            clips: Clips::new(settings.clone(), &options.folder()),
-            settings,
-            timeouts: options.timeouts,
-            strangers: options.strangers,
-            uploads: options.uploads.clone(),
-            upload_bytes: options.upload_bytes,
-            camera: options.camera,
+            code: TokenExchange::new(Arc::clone(&access), options.timeouts, token_file, hint),
+            access,
+            clips: Clips::new(settings, &options.folder()),
+            options: options.clone(),
             recordings: Recordings::default(),
         });
         let only = options.videos.len() == 1;
@@ -107,13 +106,13 @@ impl Server {
 
     /// The address to open in the browser. It holds the token that allows changes.
     pub fn address(&self) -> String {
-        let access = &self.app.access;
-        access.address(self.app.camera, access.token())
+        let App { access, options, .. } = &*self.app;
+        access.url(options.camera, &access.token)
     }
 
     /// The port that it listens on.
     pub fn port(&self) -> u16 {
-        self.app.access.port()
+        self.app.access.address.port()
     }
 
     /// An address for the arguments of a browser, which other users of the machine can read.
@@ -124,7 +123,7 @@ impl Server {
     /// [`Error::Start`] if the system gives no random numbers.
     pub fn address_once(&self) -> Result<String, Error> {
         let code = self.app.code.draw().map_err(Error::Start)?;
-        Ok(self.app.access.address(self.app.camera, &code))
+        Ok(self.app.access.url(self.app.options.camera, &code))
     }
 
     /// The server without its listener.
@@ -150,7 +149,7 @@ impl Server {
         let routes = routes(&self.app);
         let served = runtime.block_on(async {
             let listener = tokio::net::TcpListener::from_std(self.listener)?;
-            let App { strangers, timeouts, .. } = *self.app;
+            let Options { strangers, timeouts, .. } = self.app.options;
             tokio::spawn(connections::accept(listener, routes, strangers, timeouts));
             while !stopped() {
                 tokio::time::sleep(Duration::from_millis(100)).await;
@@ -206,7 +205,7 @@ fn open_in_order(app: &Arc<App>) {
 /// All addresses.
 fn routes(app: &Arc<App>) -> Router {
     Router::new()
-        .route(code::PATH, post(boxed(app, code::exchange)))
+        .route(code::PATH, post(boxed(&app.code, code::exchange)))
         .route("/api/clips", get(boxed(app, clips::list)).post(boxed(app, files::upload)))
         .route("/api/formats", get(boxed(app, files::formats)))
         .route("/api/export", get(boxed(app, files::export_all)))
@@ -228,7 +227,7 @@ fn routes(app: &Arc<App>) -> Router {
         .route("/api/clips/{clip}/targets/{target}/clip", get(boxed(app, video::around)))
         .route("/api", any(boxed(app, unknown)))
         .route("/api/{*rest}", any(boxed(app, unknown)))
-        .route("/", get(boxed(app, index)))
+        .route("/", get(boxed(app, async || embedded(page::FILES, "index.html"))))
         .route("/{*path}", get(boxed(app, file)))
         .method_not_allowed_fallback(boxed(app, wrong_method))
         .fallback(boxed(app, unknown))
@@ -240,18 +239,23 @@ async fn unknown() -> Refusal {
 }
 
 async fn wrong_method() -> Refusal {
-    Refusal::method()
-}
-
-async fn index() -> Response {
-    embedded(&page::FILES[0])
+    let message = "this address does not take this method";
+    Refusal::new(StatusCode::METHOD_NOT_ALLOWED, message)
 }
 
 async fn file(PathParam(path): PathParam<String>) -> Result<Response, Refusal> {
-    let found = page::FILES.iter().find(|file| file.path == path);
-    found.map(embedded).ok_or_else(|| Refusal::unknown("the page has no such file"))
+    embedded(page::FILES, &path)
 }
 
-fn embedded(file: &page::PageFile) -> Response {
-    ([(CONTENT_TYPE, file.kind)], file.bytes).into_response()
+/// A file of a page.
+fn embedded(files: &[PageFile], path: &str) -> Result<Response, Refusal> {
+    let file = files.iter().find(|file| file.path == path);
+    let file = file.ok_or_else(|| Refusal::unknown("the page has no such file"))?;
+    Ok(([(CONTENT_TYPE, file.kind)], file.bytes).into_response())
+}
+
+/// The data behind a lock. After a panic of another thread they are as that thread left them
+/// between two statements, which is good enough here.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

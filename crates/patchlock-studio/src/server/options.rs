@@ -10,7 +10,7 @@ use super::error::Error;
 use super::host::AllowedHosts;
 use super::timeouts::Timeouts;
 use super::token;
-use crate::project;
+use crate::project::{self, folder_of};
 
 /// [`Options::strangers`] of a server for people: many, since a page is read without the token, and
 /// few enough that files can still be opened.
@@ -81,11 +81,8 @@ impl Options {
 
     /// The folder of the labels of all clips: that of the projects, or else of uploads.
     pub(super) fn folder(&self) -> PathBuf {
-        let file = self.videos.first().map(|video| self.projects.file(video, |_| false));
-        let folder = file.map(|file| file.parent().map(Path::to_path_buf).unwrap_or_default());
-        match folder {
-            Some(folder) if folder.as_os_str().is_empty() => PathBuf::from("."),
-            Some(folder) => folder,
+        match self.videos.first() {
+            Some(video) => folder_of(&self.projects.file(video, |_| false)).to_path_buf(),
             None => self.uploads.clone(),
         }
     }

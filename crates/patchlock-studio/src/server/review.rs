@@ -4,7 +4,7 @@ use axum::Json;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::answer::{QueryParams, Refusal, aside};
+use super::answer::{JsonAnswer, QueryParams, aside};
 use super::clips::{ClipRequest, no_target};
 use crate::tracking::review::{ReviewStats, ReviewSuggestion, review_stats, suggestions};
 
@@ -18,7 +18,7 @@ pub struct TargetQuery {
 pub async fn doubtful(
     QueryParams(TargetQuery { target }): QueryParams<TargetQuery>,
     ClipRequest { clip, .. }: ClipRequest,
-) -> Result<Json<Value>, Refusal> {
+) -> JsonAnswer {
     let found = aside(move || {
         let tracking = clip.jobs.targets();
         let held = clip.hold();
@@ -37,11 +37,8 @@ pub async fn doubtful(
             !(tracking.contains(target) && suggestion.reason.is_untracked())
         });
         found.sort_by(|(_, a), (_, b)| a.order(b));
-        let left = project.targets.iter().map(|it| review_stats(it, clip.frames));
-        let ReviewStats { boxes, expected, probable, unknown } = left.sum();
-        let left = json!({
-            "boxes": boxes, "expected": expected, "probable": probable, "unknown": unknown,
-        });
+        let left: ReviewStats =
+            project.targets.iter().map(|it| review_stats(it, clip.frames)).sum();
         let doubts: Vec<Value> = found.into_iter().map(shown).collect();
         Ok(json!({ "doubts": doubts, "left": left }))
     });

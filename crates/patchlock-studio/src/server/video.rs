@@ -38,14 +38,22 @@ impl Drop for StopGuard {
     }
 }
 
-/// `GET /api/clips/ID/video`
-pub async fn annotated(ClipRequest { clip, .. }: ClipRequest) -> Result<Response, Refusal> {
+/// A video that is made where it keeps no other request waiting, under this name.
+async fn made(
+    name: String,
+    make: impl FnOnce(&AtomicBool) -> Result<NamedTempFile, Refusal> + Send + 'static,
+) -> Result<Response, Refusal> {
     let waits = StopGuard(Arc::default());
     let stop = Arc::clone(&waits.0);
-    let name = format!("{}.annotated.mp4", stem(&clip.name));
-    let file = aside(move || write(&clip, &stop)).await?;
+    let file = aside(move || make(&stop)).await?;
     drop(waits);
     download(Box::new(file.into_temp_path()), "video/mp4", &name).await
+}
+
+/// `GET /api/clips/ID/video`
+pub async fn annotated(ClipRequest { clip, .. }: ClipRequest) -> Result<Response, Refusal> {
+    let name = format!("{}.annotated.mp4", stem(&clip.name));
+    made(name, move |stop| write(&clip, stop)).await
 }
 
 fn write(clip: &OpenClip, stop: &AtomicBool) -> Result<NamedTempFile, Refusal> {
@@ -61,12 +69,8 @@ pub async fn around(
     PathParam((clip, target)): PathParam<(usize, u64)>,
 ) -> Result<Response, Refusal> {
     let clip = app.clips.open(clip).await?;
-    let waits = StopGuard(Arc::default());
-    let stop = Arc::clone(&waits.0);
     let name = format!("{}.{target}.mp4", stem(&clip.name));
-    let file = aside(move || write_around(&clip, target, &stop)).await?;
-    drop(waits);
-    download(Box::new(file.into_temp_path()), "video/mp4", &name).await
+    made(name, move |stop| write_around(&clip, target, stop)).await
 }
 
 fn write_around(clip: &OpenClip, id: u64, stop: &AtomicBool) -> Result<NamedTempFile, Refusal> {
@@ -117,7 +121,7 @@ fn encode(
     paint: &dyn Fn(usize, &Picture) -> Vec<u8>,
 ) -> Result<NamedTempFile, Refusal> {
     let stopped = || stop.load(Ordering::SeqCst);
-    let source = patchlock_media::open_within(&clip.engine.video, false, clip.engine.limits)?;
+    let source = clip.engine.open(false)?;
     let file = NamedTempFile::new();
     let file = file.map_err(|error| cannot_keep(&std::env::temp_dir(), &error))?;
     let rate = clip.rate.unwrap_or(FrameRate::DEFAULT);

@@ -7,17 +7,14 @@
 use std::convert::Infallible;
 use std::net::{Ipv4Addr, SocketAddr, TcpListener};
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::Duration;
 
-use axum::body::Body;
 use axum::extract::State;
 use axum::extract::ws::{Message, WebSocket};
-use axum::http::StatusCode;
-use axum::http::header::CONTENT_TYPE;
-use axum::response::{IntoResponse, Response};
+use axum::response::Response;
 use axum::routing::{any, get, post};
-use axum::{Json, Router, middleware};
+use axum::{Router, middleware};
 use patchlock::BoundingBox;
 use patchlock_media::{NextFrame, Picture};
 use patchlock_track::start_box;
@@ -27,15 +24,16 @@ use tokio::runtime::Runtime;
 use tokio::sync::watch;
 
 use super::access::{self, Access};
-use super::answer::{BodyReader, PathParam, Refusal, aside, parsed};
-use super::code::{self, CodeStatus, OneTimeCode, TokenRequest};
+use super::answer::{PathParam, Refusal, aside};
+use super::code::{self, TokenExchange};
 use super::error::Error;
 use super::frames::jpeg;
 use super::handler::boxed;
 use super::host::AllowedHosts;
 use super::options::STRANGERS;
 use super::timeouts::{SENDING, Timeouts};
-use super::{connections, live, token};
+use super::{connections, embedded, live, lock, token, unknown};
+use crate::page::{HTML, PageFile, SCRIPT, STYLE};
 
 /// Largest message of a page: many boxes.
 const MESSAGE_BYTES: usize = 64 << 10;
@@ -45,10 +43,11 @@ const LOOK: Duration = Duration::from_millis(100);
 /// by the same proxy.
 const NOTEBOOKS: &str = "'self' http://localhost:* http://127.0.0.1:*";
 
-const FILES: [(&str, &str, &str); 3] = [
-    ("", "text/html; charset=utf-8", include_str!("../window/window.html")),
-    ("window.mjs", "text/javascript; charset=utf-8", include_str!("../window/window.mjs")),
-    ("window.css", "text/css; charset=utf-8", include_str!("../window/window.css")),
+/// The first is served for the address without a path.
+const FILES: &[PageFile] = &[
+    PageFile { path: "", kind: HTML, bytes: include_bytes!("../window/window.html") },
+    PageFile { path: "window.mjs", kind: SCRIPT, bytes: include_bytes!("../window/window.mjs") },
+    PageFile { path: "window.css", kind: STYLE, bytes: include_bytes!("../window/window.css") },
 ];
 
 /// What the caller of a window decides.
@@ -78,7 +77,7 @@ struct WindowFrame {
 
 struct WindowState {
     access: Arc<Access>,
-    code: OneTimeCode,
+    code: Arc<TokenExchange>,
     frames: watch::Sender<Option<Arc<WindowFrame>>>,
     /// Pages that are open.
     pages: AtomicUsize,
@@ -183,9 +182,12 @@ impl Window {
         };
         let token = token::draw().map_err(Error::Start)?;
         let access = Access::new(address, hosts, token, frame_ancestors);
+        let access = Arc::new(access.map_err(Error::Start)?);
+        let (timeouts, hint) =
+            (Timeouts::default(), "open the address that the program has printed");
         let shared = Arc::new(WindowState {
-            access: Arc::new(access.map_err(Error::Start)?),
-            code: OneTimeCode::default(),
+            code: TokenExchange::new(Arc::clone(&access), timeouts, None, hint),
+            access,
             frames: watch::Sender::new(None),
             pages: AtomicUsize::new(0),
             question: Mutex::default(),
@@ -202,18 +204,18 @@ impl Window {
         let entered = runtime.enter();
         let listener = tokio::net::TcpListener::from_std(listener).map_err(start)?;
         drop(entered);
-        runtime.spawn(connections::accept(listener, routes, STRANGERS, Timeouts::default()));
+        runtime.spawn(connections::accept(listener, routes, STRANGERS, timeouts));
         Ok(Self { shared, runtime: Some(runtime) })
     }
 
     /// The port that it listens on.
     pub fn port(&self) -> u16 {
-        self.shared.access.port()
+        self.shared.access.address.port()
     }
 
     /// The address of the page, with the token.
     pub fn address(&self) -> String {
-        self.shared.access.address(false, self.shared.access.token())
+        self.shared.access.url(false, &self.shared.access.token)
     }
 
     /// An address for the arguments of a browser, which works once.
@@ -222,7 +224,7 @@ impl Window {
     /// [`Error::Start`] if the system gives no random numbers.
     pub fn address_once(&self) -> Result<String, Error> {
         let code = self.shared.code.draw().map_err(Error::Start)?;
-        Ok(self.shared.access.address(false, &code))
+        Ok(self.shared.access.url(false, &code))
     }
 
     /// Whether a page is open.
@@ -241,7 +243,7 @@ impl Window {
 
     /// The boxes that were drawn again since the last call, the last one of each target.
     pub fn redrawn(&self) -> impl Iterator<Item = RedrawnTarget> {
-        std::mem::take(&mut *self.shared.redrawn()).into_iter()
+        std::mem::take(&mut *lock(&self.shared.redrawn)).into_iter()
     }
 
     /// Shows a frame and waits until a person has drawn boxes on it, or `stopped` returns true.
@@ -306,17 +308,9 @@ impl Drop for Window {
 }
 
 impl WindowState {
-    fn question(&self) -> MutexGuard<'_, Question> {
-        self.question.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    fn redrawn(&self) -> MutexGuard<'_, Vec<RedrawnTarget>> {
-        self.redrawn.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
     /// Asks for boxes on a frame, unless those of the frame before were drawn; whether it did.
     fn pose(&self, (number, picture): &(usize, Arc<Picture>), has_newer: bool) -> bool {
-        let mut question = self.question();
+        let mut question = lock(&self.question);
         if question.answer.is_some() {
             return false;
         }
@@ -330,7 +324,7 @@ impl WindowState {
 
     /// Waits shortly for what a page says.
     fn page_request(&self, stopped: &dyn Fn() -> bool) -> PageRequest {
-        let mut question = self.question();
+        let mut question = lock(&self.question);
         if question.answer.is_none() && !question.newer {
             let wait = self.answered.wait_timeout(question, LOOK);
             question = wait.unwrap_or_else(PoisonError::into_inner).0;
@@ -345,77 +339,69 @@ impl WindowState {
         if question.newer { PageRequest::Newer } else { PageRequest::Nothing }
     }
 
-    /// A page wants a newer frame.
-    fn want_newer(&self) {
-        let mut question = self.question();
-        question.newer = question.open.is_some();
-        self.answered.notify_all();
-    }
-
     /// Takes what a page says that was sent these frames; what it is told.
     fn told(&self, said: PageMessage, sent: &[Option<Arc<WindowFrame>>]) -> Option<Value> {
-        match said {
-            PageMessage::Drawn => None,
+        let taken = json!({ "taken": true });
+        let told = match said {
+            PageMessage::Drawn => return None,
             PageMessage::Newer => {
-                self.want_newer();
-                None
+                let mut question = lock(&self.question);
+                question.newer = question.open.is_some();
+                self.answered.notify_all();
+                return None;
             }
-            PageMessage::Boxes(drawn) => Some(self.answer(Some(drawn))),
-            PageMessage::Cancel => Some(self.answer(None)),
-            PageMessage::Redraw(drawn) => Some(self.redraw(sent, drawn)),
-        }
+            PageMessage::Boxes(drawn) => self.answer(Some(drawn)).map(|()| taken),
+            PageMessage::Cancel => self.answer(None).map(|()| taken),
+            PageMessage::Redraw(drawn) => {
+                self.redraw(sent, drawn).map(|()| json!({ "redrawn": true }))
+            }
+        };
+        Some(told.unwrap_or_else(|error| json!({ "error": error })))
     }
 
-    /// Takes boxes, or that there are none; what the page is told.
-    fn answer(&self, drawn: Option<DrawnBoxes>) -> Value {
-        let mut question = self.question();
+    /// Takes boxes, or that there are none.
+    fn answer(&self, drawn: Option<DrawnBoxes>) -> Result<(), String> {
+        let mut question = lock(&self.question);
         let Some([frame, width, height]) = question.open else {
-            return json!({ "error": "the boxes were drawn already" });
+            return Err("the boxes were drawn already".to_owned());
         };
         let answer = match drawn {
             None => Answer::Cancelled,
-            Some(drawn) if drawn.frame != frame => {
-                let message =
-                    format!("the boxes are on frame {}, not on frame {frame}", drawn.frame);
-                return json!({ "error": message });
-            }
-            Some(drawn) if drawn.boxes.is_empty() => return json!({ "error": "no box was drawn" }),
-            Some(drawn) => {
-                let boxes: Vec<BoundingBox> = drawn.boxes.into_iter().map(bounding_box).collect();
-                let wrong = boxes
-                    .iter()
-                    .find_map(|bbox| start_box::check(bbox, frame, width, height).err());
-                if let Some(error) = wrong {
-                    return json!({ "error": error.to_string() });
+            Some(DrawnBoxes { frame: drawn, boxes }) => {
+                ensure!(drawn == frame, "the boxes are on frame {drawn}, not on frame {frame}");
+                ensure!(!boxes.is_empty(), "no box was drawn");
+                let boxes: Vec<BoundingBox> = boxes.into_iter().map(bounding_box).collect();
+                for bbox in &boxes {
+                    start_box::check(bbox, frame, width, height).map_err(|it| it.to_string())?;
                 }
                 Answer::Boxes(boxes)
             }
         };
         (question.open, question.answer) = (None, Some(answer));
         self.answered.notify_all();
-        json!({ "taken": true })
+        Ok(())
     }
 
-    /// Takes the new box of a target on one of the frames that a page shows; what the page is told.
-    fn redraw(&self, sent: &[Option<Arc<WindowFrame>>], drawn: RestartRequest) -> Value {
+    /// Takes the new box of a target on one of the frames that a page shows.
+    fn redraw(
+        &self,
+        sent: &[Option<Arc<WindowFrame>>],
+        drawn: RestartRequest,
+    ) -> Result<(), String> {
         let RestartRequest { frame, id, bbox } = drawn;
-        let Some(shown) = sent.iter().flatten().find(|shown| shown.number == frame) else {
-            return json!({ "error": format!("frame {frame} is not shown any more") });
-        };
+        let shown = sent.iter().flatten().find(|shown| shown.number == frame);
+        let shown = shown.ok_or_else(|| format!("frame {frame} is not shown any more"))?;
         let targets = shown.about["targets"].as_array().into_iter().flatten();
         let is_known = { targets }.any(|target| target["id"].as_u64() == id);
-        if !is_known || shown.about["redraw"] != true {
-            return json!({ "error": "this target cannot be drawn again" });
-        }
+        ensure!(is_known && shown.about["redraw"] == true, "this target cannot be drawn again");
         let (bbox, picture) = (bounding_box(bbox), Arc::clone(&shown.picture));
-        if let Err(error) = start_box::check(&bbox, frame, picture.width, picture.height) {
-            return json!({ "error": error.to_string() });
-        }
-        let mut redrawn = self.redrawn();
+        start_box::check(&bbox, frame, picture.width, picture.height)
+            .map_err(|error| error.to_string())?;
+        let mut redrawn = lock(&self.redrawn);
         redrawn.retain(|target| target.id != id);
         let place = redrawn.partition_point(|target| target.id < id);
         redrawn.insert(place, RedrawnTarget { id, frame, picture, bbox });
-        json!({ "redrawn": true })
+        Ok(())
     }
 }
 
@@ -424,44 +410,15 @@ fn bounding_box([x, y, w, h]: [f64; 4]) -> BoundingBox {
 }
 
 fn routes(shared: &Arc<WindowState>) -> Router {
-    let file = async |PathParam(path): PathParam<String>| embedded(&path);
+    let file = async |PathParam(path): PathParam<String>| embedded(FILES, &path);
     Router::new()
-        .route(code::PATH, post(boxed(shared, exchange)))
+        .route(code::PATH, post(boxed(&shared.code, code::exchange)))
         .route("/api/frames", get(boxed(shared, frames)))
         .route("/api/{*rest}", any(boxed(shared, unknown)))
-        .route("/", get(boxed(shared, async || embedded(""))))
+        .route("/", get(boxed(shared, async || embedded(FILES, ""))))
         .route("/{file}", get(boxed(shared, file)))
         .fallback(boxed(shared, unknown))
         .layer(middleware::from_fn_with_state(Arc::clone(&shared.access), access::check))
-}
-
-async fn unknown() -> Refusal {
-    Refusal::unknown("there is nothing at this address")
-}
-
-fn embedded(path: &str) -> Response {
-    match FILES.iter().find(|(name, ..)| *name == path) {
-        Some((_, kind, text)) => ([(CONTENT_TYPE, *kind)], *text).into_response(),
-        None => Refusal::unknown("the page has no such file").into_response(),
-    }
-}
-
-/// `POST /api/token`
-async fn exchange(
-    State(shared): State<Arc<WindowState>>,
-    body: Body,
-) -> Result<Json<Value>, Refusal> {
-    let timeouts = Timeouts::default();
-    let body = BodyReader::new(body, code::REQUEST_BYTES, timeouts.body)?.whole().await?;
-    let TokenRequest { code } = parsed(&body)?;
-    match shared.code.take(&code, timeouts.code) {
-        CodeStatus::Valid => Ok(Json(json!({ "token": shared.access.token() }))),
-        CodeStatus::Expired | CodeStatus::Unknown => {
-            let message = "this address was used already, or opened too late";
-            Err(Refusal::new(StatusCode::UNAUTHORIZED, message)
-                .hint("open the address that the program has printed"))
-        }
-    }
 }
 
 /// `GET /api/frames`

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 use patchlock::Status;
+use serde::Serialize;
 
 use super::join::AGREED;
 use crate::project::{Target, TrackedBox};
@@ -154,7 +155,7 @@ fn untracked(target: &Target, frames: usize) -> Vec<ReviewSuggestion> {
 }
 
 /// How many boxes of a target are expected to be wrong.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct ReviewStats {
     /// The boxes that no person has drawn or confirmed. Those of lost frames are none.
     pub boxes: usize,

@@ -186,7 +186,7 @@ impl HistoryTest<'_> {
         };
         self.end_all(&meant);
         if self.model.done.last().is_some_and(|last| last.id == meant.id) {
-            assert_eq!(self.store.step(false), Some(meant.id));
+            assert_eq!(self.store.history().id(false), Some(meant.id));
             self.store.undo().unwrap();
             self.model.undone.extend(self.model.done.pop());
         }
@@ -198,7 +198,7 @@ impl HistoryTest<'_> {
             return;
         };
         self.end_all(&meant);
-        assert_eq!(self.store.step(true), Some(meant.id));
+        assert_eq!(self.store.history().id(true), Some(meant.id));
         self.store.redo().unwrap();
         self.model.done.extend(self.model.undone.pop());
     }
@@ -295,10 +295,10 @@ proptest! {
             course = course.act(act);
             let HistoryTest { store, model, .. } = &course;
             prop_assert_eq!(content(store.project()), content(&model.project()), "after {:?}", act);
-            prop_assert_eq!(store.step(false), model.done.last().map(|step| step.id));
-            prop_assert_eq!(store.step(true), model.undone.last().map(|step| step.id));
+            prop_assert_eq!(store.history().id(false), model.done.last().map(|step| step.id));
+            prop_assert_eq!(store.history().id(true), model.undone.last().map(|step| step.id));
         }
-        while course.store.step(false).is_some() {
+        while course.store.history().id(false).is_some() {
             course.undo();
         }
         prop_assert_eq!(content(course.store.project()), content(&course.model.first));
@@ -325,13 +325,13 @@ fn a_step_says_what_was_done_and_what_was_tracked_since() {
         Some("correct target 1 in frame 4, and track target 1 in 5 frames, 5 to 9")
     );
     store.undo().unwrap();
-    assert!(store.is_undone(key) && store.undo_text().is_none());
+    assert!(store.history().is_undone(key) && store.undo_text().is_none());
     let target = store.project().target(1).unwrap();
     assert!(target.tracked.is_empty() && target.keys.len() == 1);
     // Tracking that has found nothing is no step.
     let job = store.begin_tracking(1, None);
     store.end_tracking(job);
-    assert_eq!(store.step(false), None);
+    assert_eq!(store.history().id(false), None);
 }
 
 #[test]

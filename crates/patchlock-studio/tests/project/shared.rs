@@ -123,7 +123,7 @@ fn steps_before_a_label_got_another_name_can_be_undone() {
     let mut labels = store.project().labels.clone();
     labels[1].name = "van".into();
     store.set_labels(&labels, &[("car".into(), "van".into())]);
-    assert_eq!(store.labels_of_step(false), ["van"]);
+    assert_eq!(store.history().labels(false), ["van"]);
     store.undo().unwrap().unwrap();
     assert_eq!(store.project().targets[0].label, "van");
 }

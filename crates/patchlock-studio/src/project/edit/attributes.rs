@@ -2,16 +2,16 @@
 
 use std::collections::BTreeMap;
 
-use super::targets::{empty, index_of, target_mut};
-use super::{Attribute, Changes, Edit, Label, Project, Result, Target, check, refused};
+use super::targets::{index_of, target_mut};
+use super::{Attribute, Changes, Edit, Label, Project, Result, Target, check};
 
 /// Replaces the attributes of a label.
 pub fn declare(labels: &mut [Label], name: &str, attributes: Vec<Attribute>) -> Result<Vec<Edit>> {
-    check::known_label(name, labels).map_err(refused)?;
+    check::known_label(name, labels)?;
     let mut labels = labels.iter_mut().filter(|label| label.name == name);
     let Some(label) = labels.next() else { return Ok(Vec::new()) };
     let new = Label { attributes: attributes.clone(), ..label.clone() };
-    check::label(&new).map_err(refused)?;
+    check::label(&new)?;
     let before = std::mem::replace(&mut label.attributes, attributes);
     Ok(vec![Edit::Declare { label: name.to_owned(), attributes: before }])
 }
@@ -25,34 +25,32 @@ pub fn set_value(
     value: Option<String>,
 ) -> Result<Vec<Edit>> {
     if let Some(frame) = frame {
-        check::frame(frame, &project.video).map_err(refused)?;
+        check::frame(frame, &project.video)?;
     }
     let mut new = without_boxes(&project.targets[index_of(project, id)?]);
     let declared = project.declared(&new.label);
     let attribute = declared.iter().find(|attribute| attribute.name == name);
-    let attribute = attribute.ok_or_else(|| refused(unknown(&new.label, &name, declared)))?;
+    let attribute = attribute.ok_or_else(|| unknown(&new.label, &name, declared))?;
     if let Some(value) = &value {
-        attribute.allows(value).map_err(refused)?;
+        attribute.allows(value)?;
     }
-    match frame {
-        None => set_or_remove(&mut new.attributes, &name, value),
-        Some(_) if !attribute.mutable => {
-            return Err(refused(format!(
-                "the attribute {name:?} is the same in all frames; leave out the frame, or let its label \
-                 declare it as mutable"
-            )));
-        }
-        Some(frame) => change(&mut new, attribute, frame, value)?,
+    ensure!(
+        attribute.mutable || frame.is_none(),
+        "the attribute {name:?} is the same in all frames; leave out the frame, or let its label \
+         declare it as mutable"
+    );
+    match (frame, value) {
+        (Some(frame), value) => change(&mut new, attribute, frame, value)?,
+        (None, Some(value)) => drop(new.attributes.insert(name, value)),
+        (None, None) => drop(new.attributes.remove(&name)),
     }
-    check::attributes(&new.attributes).map_err(refused)?;
-    check::changes(&new.changes, &project.video).map_err(refused)?;
     set_values(project, id, new.attributes, new.changes)
 }
 
 /// What is said of the whole target.
 pub fn without_boxes(target: &Target) -> Target {
     let (attributes, changes) = (target.attributes.clone(), target.changes.clone());
-    Target { attributes, changes, ..empty(target.id, target.label.clone()) }
+    Target { attributes, changes, ..Target::new(target.id, target.label.clone()) }
 }
 
 /// A value that holds already is no change.
@@ -64,23 +62,15 @@ fn change(
 ) -> Result<()> {
     let name = &attribute.name;
     let changes = target.changes.entry(name.clone()).or_default();
-    if changes.0.remove(&frame).is_none() && value.is_none() {
-        return Err(refused(format!(
-            "the attribute {name:?} does not change in frame {frame}; there is nothing to take back"
-        )));
-    }
+    ensure!(
+        changes.0.remove(&frame).is_some() || value.is_some(),
+        "the attribute {name:?} does not change in frame {frame}; there is nothing to take back"
+    );
     if let Some(value) = value.filter(|value| target.value(attribute, frame) != value) {
         target.changes.entry(name.clone()).or_default().0.insert(frame, value);
     }
     target.changes.retain(|_, changes| !changes.0.is_empty());
     Ok(())
-}
-
-fn set_or_remove(values: &mut BTreeMap<String, String>, name: &str, value: Option<String>) {
-    match value {
-        Some(value) => drop(values.insert(name.to_owned(), value)),
-        None => drop(values.remove(name)),
-    }
 }
 
 fn unknown(label: &str, name: &str, declared: &[Attribute]) -> String {
@@ -97,8 +87,8 @@ pub fn set_values(
     attributes: BTreeMap<String, String>,
     changes: BTreeMap<String, Changes>,
 ) -> Result<Vec<Edit>> {
-    check::attributes(&attributes).map_err(refused)?;
-    check::changes(&changes, &project.video).map_err(refused)?;
+    check::attributes(&attributes)?;
+    check::changes(&changes, &project.video)?;
     let target = target_mut(project, id)?;
     let attributes = std::mem::replace(&mut target.attributes, attributes);
     let changes = std::mem::replace(&mut target.changes, changes);

@@ -1,36 +1,27 @@
 //! Edits of labels.
 
-use super::{Edit, Label, Project, Result, attributes, check, limits, refused};
+use super::{Edit, Error, Label, Project, Result, attributes, check, limits};
 
 /// The list of labels after an edit of it, whichever targets there are.
-pub fn after(mut labels: Vec<Label>, edit: &Edit) -> Result<Vec<Label>> {
-    match edit.clone() {
-        Edit::AddLabel { name, colour, at } => drop(add(&mut labels, name, colour, at)?),
+///
+/// # Errors
+/// [`Error::Edit`] if the edit is not possible, or no edit of labels.
+pub fn after(mut labels: Vec<Label>, edit: &Edit) -> std::result::Result<Vec<Label>, Error> {
+    let changed = match edit.clone() {
+        Edit::AddLabel { name, colour, at } => add(&mut labels, name, colour, at).map(drop),
         Edit::SetLabel { name, new_name, colour } => {
-            drop(set(&mut labels, &name, new_name, colour)?);
+            set(&mut labels, &name, new_name, colour).map(drop)
         }
         Edit::Declare { label, attributes } => {
-            drop(attributes::declare(&mut labels, &label, attributes)?);
+            attributes::declare(&mut labels, &label, attributes).map(drop)
         }
-        Edit::RemoveLabel { name } => {
-            let index = label_index(&labels, &name)?;
-            labels.remove(index);
-        }
-        _ => return Err(refused("it is no edit of labels")),
-    }
-    Ok(labels)
+        Edit::RemoveLabel { name } => label_index(&labels, &name).map(|at| drop(labels.remove(at))),
+        _ => Err("it is no edit of labels".to_owned()),
+    };
+    changed.map(|()| labels).map_err(Error::Edit)
 }
 
-pub fn add_label(
-    project: &mut Project,
-    name: String,
-    colour: Option<String>,
-    at: Option<usize>,
-) -> Result<Vec<Edit>> {
-    add(&mut project.labels, name, colour, at)
-}
-
-fn add(
+pub fn add(
     labels: &mut Vec<Label>,
     name: String,
     colour: Option<String>,
@@ -39,15 +30,11 @@ fn add(
     let count = labels.len();
     let mut label = Label::new(name, count);
     label.colour = colour.unwrap_or(label.colour);
-    check::label(&label).map_err(refused)?;
+    check::label(&label)?;
     unused_label(labels, &label.name)?;
-    if count >= limits::LABELS {
-        return Err(refused(format!("there are {count} labels, and may not be more")));
-    }
+    ensure!(count < limits::LABELS, "there are {count} labels, and may not be more");
     let at = at.unwrap_or(count);
-    if at > count {
-        return Err(refused(format!("the place is {at}; allowed: 0 to {count}")));
-    }
+    ensure!(at <= count, "the place is {at}; allowed: 0 to {count}");
     let name = label.name.clone();
     labels.insert(at, label);
     Ok(vec![Edit::RemoveLabel { name }])
@@ -84,7 +71,7 @@ fn set(
         colour: colour.unwrap_or_else(|| old.colour.clone()),
         attributes: old.attributes.clone(),
     };
-    check::label(&new).map_err(refused)?;
+    check::label(&new)?;
     if new.name != name {
         unused_label(labels, &new.name)?;
     }
@@ -95,25 +82,19 @@ fn set(
 pub fn remove_label(project: &mut Project, name: &str) -> Result<Vec<Edit>> {
     let index = label_index(&project.labels, name)?;
     let users = project.targets.iter().filter(|target| target.label == name).count();
-    if users > 0 {
-        return Err(refused(format!(
-            "the label {name:?} cannot be removed: {users} targets have it"
-        )));
-    }
+    ensure!(users == 0, "the label {name:?} cannot be removed: {users} targets have it");
     let Label { name, colour, attributes } = project.labels.remove(index);
     let declare = Edit::Declare { label: name.clone(), attributes };
     Ok(vec![Edit::AddLabel { name, colour: Some(colour), at: Some(index) }, declare])
 }
 
 fn label_index(labels: &[Label], name: &str) -> Result<usize> {
-    check::known_label(name, labels).map_err(refused)?;
+    check::known_label(name, labels)?;
     let index = labels.iter().position(|label| label.name == name);
-    index.ok_or_else(|| refused("there is no such label"))
+    index.ok_or_else(|| "there is no such label".to_owned())
 }
 
 fn unused_label(labels: &[Label], name: &str) -> Result<()> {
-    match labels.iter().any(|label| label.name == name) {
-        true => Err(refused(format!("there is a label {name:?} already"))),
-        false => Ok(()),
-    }
+    ensure!(labels.iter().all(|label| label.name != name), "there is a label {name:?} already");
+    Ok(())
 }

@@ -18,6 +18,7 @@ use super::{
     Attribute, Changes, Error, Frames, Key, Label, Outline, Project, Remark, ReviewDecision,
     Target, TrackedBox, by_frame, changes, check, limits, stretches,
 };
+pub(super) use labels::after as labels_after;
 
 /// A change to a project. In JSON, the member `edit` has its name: `{"edit": "hide", "target": 1,
 /// "from": 5, "to": 9}`. Ranges of frames include both ends.
@@ -241,20 +242,8 @@ pub enum Edit {
     },
 }
 
-/// The list of labels after an edit of it.
-pub(super) fn labels_after(
-    labels: Vec<Label>,
-    edit: &Edit,
-) -> std::result::Result<Vec<Label>, Error> {
-    labels::after(labels, edit)
-}
-
-type Result<T> = std::result::Result<T, Error>;
-
-/// An edit that is refused, for this reason.
-fn refused(reason: impl Into<String>) -> Error {
-    Error::Edit(reason.into())
-}
+/// What comes of an edit, or why it is not possible.
+type Result<T> = std::result::Result<T, String>;
 
 impl Edit {
     /// Changes the project, and returns the edits that undo it, to be applied in order. Only
@@ -262,7 +251,11 @@ impl Edit {
     ///
     /// # Errors
     /// [`Error::Edit`] if the edit is not possible; the project is unchanged.
-    pub fn apply(self, project: &mut Project) -> Result<Vec<Self>> {
+    pub fn apply(self, project: &mut Project) -> std::result::Result<Vec<Self>, Error> {
+        self.try_apply(project).map_err(Error::Edit)
+    }
+
+    fn try_apply(self, project: &mut Project) -> Result<Vec<Self>> {
         match self {
             Self::AddTarget { label, frame, bbox, outline } => {
                 targets::add_target(project, label, frame, Key { outline, ..Key::new(bbox) })
@@ -289,7 +282,9 @@ impl Edit {
             Self::DeleteTarget { target } => targets::delete_target(project, target),
             Self::Split { target, frame } => split_join::split(project, target, frame),
             Self::Join { first, second } => split_join::join(project, first, second),
-            Self::AddLabel { name, colour, at } => labels::add_label(project, name, colour, at),
+            Self::AddLabel { name, colour, at } => {
+                labels::add(&mut project.labels, name, colour, at)
+            }
             Self::SetLabel { name, new_name, colour } => {
                 labels::set_label(project, name, new_name, colour)
             }

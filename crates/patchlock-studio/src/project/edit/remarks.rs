@@ -1,6 +1,6 @@
 //! Edits of what a reviewer says.
 
-use super::{Edit, Project, Remark, Result, ReviewDecision, check, limits, refused};
+use super::{Edit, Project, Remark, Result, ReviewDecision, check, limits};
 
 pub fn add(project: &mut Project, remark: Remark) -> Result<Vec<Edit>> {
     let mut remarks = project.remarks.clone();
@@ -21,18 +21,16 @@ pub fn add(project: &mut Project, remark: Remark) -> Result<Vec<Edit>> {
 pub fn remove(project: &mut Project, id: u64) -> Result<Vec<Edit>> {
     let mut remarks = project.remarks.clone();
     remarks.retain(|remark| remark.id != id);
-    if remarks.len() == project.remarks.len() {
-        return Err(refused(format!("there is no remark {id}")));
-    }
+    ensure!(remarks.len() < project.remarks.len(), "there is no remark {id}");
     set(project, remarks)
 }
 
 pub fn set(project: &mut Project, remarks: Vec<Remark>) -> Result<Vec<Edit>> {
-    check::at_most("remarks", remarks.len(), limits::REMARKS).map_err(refused)?;
+    check::at_most("remarks", remarks.len(), limits::REMARKS)?;
     if !remarks.is_sorted_by(|a, b| a.id < b.id) {
-        return Err(refused("the ids of the remarks are not in order, or appear twice"));
+        return Err("the ids of the remarks are not in order, or appear twice".to_owned());
     }
-    remarks.iter().try_for_each(|it| check::remark(it, project)).map_err(refused)?;
+    remarks.iter().try_for_each(|it| check::remark(it, project))?;
     let before = std::mem::replace(&mut project.remarks, remarks);
     Ok(vec![Edit::SetRemarks { remarks: before }])
 }

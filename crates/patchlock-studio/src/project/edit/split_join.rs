@@ -8,19 +8,18 @@ use super::attributes::without_boxes;
 use super::targets::{index_of, new_id, target_mut};
 use super::tracks::change_frames;
 use super::{
-    Changes, Edit, Frames, Project, Result, Target, TrackedBox, check, refused, remarks, stretches,
+    Changes, Edit, Frames, Project, Result, Target, TrackedBox, check, remarks, stretches,
 };
 
 pub fn split(project: &mut Project, id: u64, frame: usize) -> Result<Vec<Edit>> {
-    check::frame(frame, &project.video).map_err(refused)?;
+    check::frame(frame, &project.video)?;
     let range = [frame, project.video.frames - 1];
     let target = &project.targets[index_of(project, id)?];
     let boxes = || target.keys.keys().chain(target.tracked.keys());
-    if !boxes().any(|&other| other < frame) || !boxes().any(|&other| other >= frame) {
-        return Err(refused(format!(
-            "target {id} cannot be split at frame {frame}: it must have a box before it, and one from it on"
-        )));
-    }
+    ensure!(
+        boxes().any(|&other| other < frame) && boxes().any(|&other| other >= frame),
+        "target {id} cannot be split at frame {frame}: it must have a box before it, and one from it on"
+    );
     let mut new = without_boxes(target);
     for (name, changes) in &mut new.changes {
         // What holds in the first frame of the new target holds from its beginning.
@@ -47,22 +46,19 @@ pub fn split(project: &mut Project, id: u64, frame: usize) -> Result<Vec<Edit>> 
 }
 
 pub fn join(project: &mut Project, first: u64, second: u64) -> Result<Vec<Edit>> {
-    if first == second {
-        return Err(refused(format!("target {first} cannot be joined with itself")));
-    }
+    ensure!(first != second, "target {first} cannot be joined with itself");
     let (one, at) = (index_of(project, first)?, index_of(project, second)?);
-    let clash = clash(&project.targets[one], &project.targets[at]);
-    if let Some((frame, count)) = clash {
+    if let Some((frame, count)) = clash(&project.targets[one], &project.targets[at]) {
         let others = if count > 1 { format!(", and {} more", count - 1) } else { String::new() };
-        return Err(refused(format!(
+        return Err(format!(
             "targets {first} and {second} both have a box in frame {frame}{others}; remove one of them first"
-        )));
+        ));
     }
     let changes = joined(project, one, at);
     let mut removed = project.targets.remove(at);
     let restore = Edit::Restore { target: removed.clone(), at };
     let remarks = remarks::without(project, second);
-    let added = removed.cut_all();
+    let added = removed.cut([0, usize::MAX]);
     let range = added.span().unwrap_or([0, 0]);
     let target = target_mut(project, first)?;
     let mut undo = change_frames(target, range, |old| merged(old, added));

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::attributes::{set_values, without_boxes};
-use super::{Edit, Key, Label, Project, Result, Target, check, limits, refused, remarks};
+use super::{Edit, Key, Label, Project, Result, Target, check, limits, remarks};
 
 pub fn add_target(
     project: &mut Project,
@@ -11,11 +11,11 @@ pub fn add_target(
     frame: usize,
     key: Key,
 ) -> Result<Vec<Edit>> {
-    check::known_label(&label, &project.labels).map_err(refused)?;
-    check::frame(frame, &project.video).map_err(refused)?;
-    check::key(&key, &project.video).map_err(refused)?;
+    check::known_label(&label, &project.labels)?;
+    check::frame(frame, &project.video)?;
+    check::key(&key, &project.video)?;
     let id = new_id(project)?;
-    let mut target = empty(id, label);
+    let mut target = Target::new(id, label);
     target.keys.insert(frame, key);
     project.targets.push(target);
     Ok(vec![Edit::DeleteTarget { target: id }])
@@ -28,15 +28,15 @@ pub fn set_target(
     attributes: Option<BTreeMap<String, String>>,
 ) -> Result<Vec<Edit>> {
     if let Some(label) = &label {
-        check::known_label(label, &project.labels).map_err(refused)?;
+        check::known_label(label, &project.labels)?;
     }
     let mut new = without_boxes(&project.targets[index_of(project, id)?]);
     new.label = label.clone().unwrap_or(new.label);
     if let Some(attributes) = &attributes {
-        check::attributes(attributes).map_err(refused)?;
+        check::attributes(attributes)?;
         // Changes that another label does not allow stay, and do not count.
-        let fixed = Target { attributes: attributes.clone(), ..empty(id, new.label.clone()) };
-        check::fits(&fixed, project.declared(&new.label)).map_err(refused)?;
+        let fixed = Target { attributes: attributes.clone(), ..Target::new(id, new.label.clone()) };
+        check::fits(&fixed, project.declared(&new.label))?;
     }
     let target = target_mut(project, id)?;
     let before = std::mem::replace(&mut target.label, new.label);
@@ -44,11 +44,9 @@ pub fn set_target(
     if let Some(attributes) = attributes {
         undo.extend(set_values(project, id, attributes, new.changes)?);
     }
-    undo.extend(label.map(|_| Edit::SetTarget {
-        target: id,
-        label: Some(before),
-        attributes: None,
-    }));
+    if label.is_some() {
+        undo.push(Edit::SetTarget { target: id, label: Some(before), attributes: None });
+    }
     Ok(undo)
 }
 
@@ -61,16 +59,10 @@ pub fn delete_target(project: &mut Project, id: u64) -> Result<Vec<Edit>> {
 
 pub fn restore(project: &mut Project, target: Target, at: usize) -> Result<Vec<Edit>> {
     let (id, count) = (target.id, project.targets.len());
-    if project.target(id).is_some() {
-        return Err(refused(format!("there is a target {id} already")));
-    }
-    if at > count {
-        return Err(refused(format!("the place is {at}; allowed: 0 to {count}")));
-    }
-    if count >= limits::TARGETS {
-        return Err(refused(format!("there are {count} targets, and may not be more")));
-    }
-    check::target(&target, &project.labels, &project.video).map_err(refused)?;
+    ensure!(project.target(id).is_none(), "there is a target {id} already");
+    ensure!(at <= count, "the place is {at}; allowed: 0 to {count}");
+    ensure!(count < limits::TARGETS, "there are {count} targets, and may not be more");
+    check::target(&target, &project.labels, &project.video)?;
     project.next_id = project.next_id.max(id + 1);
     project.targets.insert(at, target);
     Ok(vec![Edit::DeleteTarget { target: id }])
@@ -90,20 +82,17 @@ pub fn import(project: &mut Project, targets: Vec<Target>) -> Result<Vec<Edit>> 
         let declared = declared.map_or(&[][..], |label| &label.attributes);
         check::target(&target, &labels, &project.video)
             .and_then(|()| check::fits(&target, declared))
-            .map_err(|reason| refused(format!("target {} of those to import: {reason}", k + 1)))?;
+            .map_err(|reason| format!("target {} of those to import: {reason}", k + 1))?;
     }
-    labels[project.labels.len()..].iter().try_for_each(check::label).map_err(refused)?;
+    labels[project.labels.len()..].iter().try_for_each(check::label)?;
     let count = targets.len();
-    if labels.len() > limits::LABELS || project.targets.len() + count > limits::TARGETS {
-        return Err(refused(format!(
-            "the project may have {} labels and {} targets; this would be more",
-            limits::LABELS,
-            limits::TARGETS
-        )));
-    }
-    if project.next_id + count as u64 > limits::ID {
-        return Err(refused("all ids of targets are used up"));
-    }
+    ensure!(
+        labels.len() <= limits::LABELS && project.targets.len() + count <= limits::TARGETS,
+        "the project may have {} labels and {} targets; this would be more",
+        limits::LABELS,
+        limits::TARGETS
+    );
+    ensure!(project.next_id + count as u64 <= limits::ID, "all ids of targets are used up");
     let mut undo = Vec::new();
     for label in labels.split_off(project.labels.len()) {
         undo.push(Edit::RemoveLabel { name: label.name.clone() });
@@ -120,7 +109,7 @@ pub fn import(project: &mut Project, targets: Vec<Target>) -> Result<Vec<Edit>> 
 
 pub fn index_of(project: &Project, id: u64) -> Result<usize> {
     let index = project.targets.iter().position(|target| target.id == id);
-    index.ok_or_else(|| refused(format!("there is no target {id}")))
+    index.ok_or_else(|| format!("there is no target {id}"))
 }
 
 pub fn target_mut(project: &mut Project, id: u64) -> Result<&mut Target> {
@@ -130,26 +119,13 @@ pub fn target_mut(project: &mut Project, id: u64) -> Result<&mut Target> {
 
 /// Takes the next id. The ids may only run out if a file claims so.
 pub fn new_id(project: &mut Project) -> Result<u64> {
-    if project.targets.len() >= limits::TARGETS {
-        let reason = format!("the project has {} targets, and may not have more", limits::TARGETS);
-        return Err(refused(reason));
-    }
+    ensure!(
+        project.targets.len() < limits::TARGETS,
+        "the project has {} targets, and may not have more",
+        limits::TARGETS
+    );
     let id = project.next_id;
-    if id >= limits::ID {
-        return Err(refused("all ids of targets are used up"));
-    }
+    ensure!(id < limits::ID, "all ids of targets are used up");
     project.next_id += 1;
     Ok(id)
-}
-
-pub fn empty(id: u64, label: String) -> Target {
-    Target {
-        id,
-        label,
-        attributes: BTreeMap::new(),
-        changes: BTreeMap::new(),
-        keys: BTreeMap::new(),
-        tracked: BTreeMap::new(),
-        hidden: Vec::new(),
-    }
 }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use patchlock::BoundingBox;
 
 use super::targets::target_mut;
-use super::{Edit, Frames, Project, Result, Target, TrackedBox, check, refused};
+use super::{Edit, Frames, Project, Result, Target, TrackedBox, check};
 
 pub fn set_tracked(
     project: &mut Project,
@@ -13,10 +13,10 @@ pub fn set_tracked(
     range: [usize; 2],
     mut tracked: BTreeMap<usize, TrackedBox>,
 ) -> Result<Vec<Edit>> {
-    check::range(range, &project.video).map_err(refused)?;
+    check::range(range, &project.video)?;
     tracked.values_mut().for_each(round);
     let new = Frames { tracked, ..Frames::default() };
-    check::part(&new, range, &project.video).map_err(refused)?;
+    check::part(&new, range, &project.video)?;
     Ok(change_frames(target_mut(project, id)?, range, |old| {
         let is_free = |frame: &usize| {
             !old.keys.contains_key(frame)
@@ -42,13 +42,13 @@ fn round(tracked: &mut TrackedBox) {
 }
 
 pub fn hide(project: &mut Project, id: u64, range: [usize; 2]) -> Result<Vec<Edit>> {
-    check::range(range, &project.video).map_err(refused)?;
+    check::range(range, &project.video)?;
     let new = Frames { hidden: vec![range], ..Frames::default() };
     Ok(change_frames(target_mut(project, id)?, range, |_| new))
 }
 
 pub fn show(project: &mut Project, id: u64, range: [usize; 2]) -> Result<Vec<Edit>> {
-    check::range(range, &project.video).map_err(refused)?;
+    check::range(range, &project.video)?;
     let target = target_mut(project, id)?;
     Ok(change_frames(target, range, |old| Frames { hidden: Vec::new(), ..old.clone() }))
 }
@@ -59,8 +59,8 @@ pub fn set_frames(
     range: [usize; 2],
     frames: Frames,
 ) -> Result<Vec<Edit>> {
-    check::range(range, &project.video).map_err(refused)?;
-    check::part(&frames, range, &project.video).map_err(refused)?;
+    check::range(range, &project.video)?;
+    check::part(&frames, range, &project.video)?;
     Ok(change_frames(target_mut(project, id)?, range, |_| frames))
 }
 

@@ -9,7 +9,7 @@ mod decoder;
 mod source;
 
 use std::path::Path;
-use std::sync::{Arc, Mutex, MutexGuard};
+use std::sync::Arc;
 
 use axum::body::Bytes;
 use axum::extract::State;
@@ -22,6 +22,7 @@ use tokio::sync::oneshot;
 
 use super::answer::{PathParam, QueryParams, Refusal};
 use super::app::App;
+use super::lock;
 use cache::Key;
 use decoder::{Decoder, Job, Request};
 
@@ -94,7 +95,7 @@ pub async fn frame(
     // All widths from the frame's own on are the same picture.
     let width = if (width as usize) < video.width { width } else { 0 };
     // The token changes with each start of the program: the file may have changed in between.
-    let tag = format!("\"{}-{}-{frame}-{width}\"", app.access.session(), clip);
+    let tag = format!("\"{}-{}-{frame}-{width}\"", app.access.session, clip);
     let caching = [(ETAG, tag.clone()), (CACHE_CONTROL, "private, max-age=3600, immutable".into())];
     if headers.get(IF_NONE_MATCH).is_some_and(|known| known.as_bytes() == tag.as_bytes()) {
         return Ok((StatusCode::NOT_MODIFIED, caching).into_response());
@@ -105,10 +106,4 @@ pub async fn frame(
 
 fn no_frame(frame: usize, frames: usize) -> Refusal {
     Refusal::unknown(format!("there is no frame {frame}; the video has {frames} frames, from 0"))
-}
-
-/// The data behind a lock. After a panic of another thread they are as that thread left them
-/// between two statements, which is good enough here.
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
 }
