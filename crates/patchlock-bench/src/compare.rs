@@ -82,8 +82,8 @@ impl BootstrapSamples {
     }
 }
 
-/// Interpolates linearly between the two nearest values; `sorted` is not empty.
-fn quantile(sorted: &[f64], share: f64) -> f64 {
+/// A quantile, interpolated linearly between the two nearest values; `sorted` is not empty.
+pub fn quantile(sorted: &[f64], share: f64) -> f64 {
     let position = share * (sorted.len() - 1) as f64;
     let (below, above) = (sorted[position.floor() as usize], sorted[position.ceil() as usize]);
     below + (above - below) * position.fract()

@@ -54,12 +54,6 @@ impl Protocol {
     }
 }
 
-impl Default for Protocol {
-    fn default() -> Self {
-        Self::otb()
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

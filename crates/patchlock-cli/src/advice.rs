@@ -13,7 +13,6 @@ pub const BOX: &str = "a box is X,Y,W,H in pixels: left and top edge counted fro
                        as 120,80,64,48";
 const KEPT: &str = "the frames tracked before it are kept";
 
-/// The message of an error of a frame source.
 pub fn media_message(error: &patchlock_media::Error) -> String {
     use patchlock_media::Error;
     match error {
@@ -38,7 +37,6 @@ pub fn media_message(error: &patchlock_media::Error) -> String {
     }
 }
 
-/// The hint for an error of a frame source.
 pub fn media_hint(error: &patchlock_media::Error) -> Option<String> {
     use patchlock_media::Error;
     let hint = match error {
@@ -104,7 +102,6 @@ fn frame_hint(fault: FrameFault) -> String {
     }
 }
 
-/// The message of an error of a session, a setting or an export.
 pub fn track_message(error: &patchlock_track::Error) -> String {
     match error {
         patchlock_track::Error::Media(error) => media_message(error),
@@ -113,7 +110,6 @@ pub fn track_message(error: &patchlock_track::Error) -> String {
     }
 }
 
-/// The message of an error of settings.
 fn settings_message(error: &SettingsError) -> String {
     match error {
         SettingsError::Setting { origin: Origin::Single, error } => format!("--set: {error}"),
@@ -122,7 +118,6 @@ fn settings_message(error: &SettingsError) -> String {
     }
 }
 
-/// The hint for an error of a session, a setting or an export.
 pub fn track_hint(error: &patchlock_track::Error) -> Option<String> {
     use patchlock_track::Error;
     let hint = match error {
@@ -139,7 +134,6 @@ pub fn track_hint(error: &patchlock_track::Error) -> Option<String> {
     Some(hint.to_string())
 }
 
-/// The hint for an error of settings.
 fn settings_hint(error: &SettingsError) -> Option<String> {
     match error {
         SettingsError::Unreadable { .. } => {
@@ -193,7 +187,6 @@ fn setting_hint(error: &patchlock::Error) -> Option<String> {
     })
 }
 
-/// The message of an error of the benchmark.
 pub fn bench_message(error: &patchlock_bench::Error) -> String {
     use patchlock_bench::Error;
     match error {
@@ -211,7 +204,6 @@ pub fn bench_message(error: &patchlock_bench::Error) -> String {
     }
 }
 
-/// The hint for an error of the benchmark.
 pub fn bench_hint(error: &patchlock_bench::Error) -> Option<String> {
     use patchlock_bench::Error;
     let hint = match error {
@@ -239,7 +231,6 @@ pub fn bench_hint(error: &patchlock_bench::Error) -> Option<String> {
     Some(hint.to_string())
 }
 
-/// The message of an error of a project.
 pub fn project_message(error: &project::Error) -> String {
     match error {
         project::Error::Video(error) => media_message(error),
@@ -248,7 +239,6 @@ pub fn project_message(error: &project::Error) -> String {
     }
 }
 
-/// The hint for an error of a project.
 pub fn project_hint(error: &project::Error) -> Option<String> {
     match error {
         project::Error::Video(error) => media_hint(error),

@@ -1,21 +1,21 @@
 //! The command line of Patchlock: frames in, tracks out. The tracker itself is the library
 //! [`patchlock`].
 //!
-//! Data flow: [`patchlock_media`] decodes numbered pictures ahead of time, a [`run`](mod@run)
-//! passes them to the tracker, and each sink of [`output`] receives every tracked frame. [`cmd`]
-//! has one file per subcommand. [`trax`] offers the tracker to other programs.
+//! Data flow: [`patchlock_media`] decodes numbered pictures ahead of time, `run.rs` passes them to the
+//! tracker, and each sink of [`output`] receives every tracked frame. `cmd` has one file per
+//! subcommand. [`trax`] offers the tracker to other programs.
 
-pub mod advice;
-pub mod browser;
-pub mod cmd;
+mod advice;
+mod browser;
+mod cmd;
 pub mod failure;
 mod helper;
-pub mod interrupt;
+mod interrupt;
 pub mod output;
-pub mod preview;
-pub mod progress;
-pub mod project;
-pub mod run;
+mod preview;
+mod progress;
+mod project;
+mod run;
 pub mod target;
 pub mod targets;
 pub mod trax;
@@ -30,7 +30,7 @@ use patchlock_media::Helper;
 /// Runs the whole program with this command line (program name first) and returns the exit code.
 ///
 /// It does not exit the process, so that the Python package can call it. The only exception is a
-/// second Ctrl-C; see [`interrupt`].
+/// second Ctrl-C.
 pub fn run(args: impl IntoIterator<Item = OsString>) -> u8 {
     run_with(args.into_iter().collect(), None)
 }

@@ -23,12 +23,9 @@ pub fn open(port: u16, hosts: AllowedHosts, in_browser: bool) -> Result<Arc<Wind
         failed(error.to_string()).hint("choose another --port, or none for a free one")
     })?;
     say(&format!("the page is at {}", window.address()));
-    browser::tunnel(window.port()).iter().for_each(|note| say(note));
+    browser::say_tunnel(window.port());
     if in_browser {
-        let opened = window.address_once().map_err(anyhow::Error::from);
-        if let Err(reason) = opened.and_then(|address| Ok(browser::open(&address)?)) {
-            say(&format!("note: no browser was opened ({reason}): open the address yourself"));
-        }
+        browser::show(window.address_once());
     }
     Ok(Arc::new(window))
 }

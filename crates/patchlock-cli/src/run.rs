@@ -23,7 +23,6 @@ pub struct Run {
     sinks: Vec<Box<dyn Sink>>,
     /// Whether the rows contain the ids of the targets.
     with_ids: bool,
-    /// The names that the user has given to targets.
     names: Names,
     /// The page on which targets are drawn again while they are tracked.
     redrawn_on: Option<Arc<Window>>,
@@ -36,25 +35,19 @@ impl Run {
     pub fn new(
         config: TrackerConfig,
         threads: Option<usize>,
-        with_ids: bool,
+        targets: &Targets,
         sinks: Vec<Box<dyn Sink>>,
     ) -> Result<Self> {
         let pool = session::pool(threads).map_err(Failure::from)?;
         Ok(Self {
             tracker: ManyTargets::new(config, pool)?,
             sinks,
-            with_ids,
-            names: Names::new(),
+            with_ids: targets.many,
+            names: targets.names.clone(),
             redrawn_on: None,
             size: None,
             measurements: Measurements::default(),
         })
-    }
-
-    /// The same with names for targets.
-    #[must_use]
-    pub fn with_names(self, names: Names) -> Self {
-        Self { names, ..self }
     }
 
     /// The same with targets that start again where they are drawn on this page.
@@ -63,12 +56,10 @@ impl Run {
         Self { redrawn_on: page, ..self }
     }
 
-    /// Number of threads.
     pub fn threads(&self) -> usize {
         self.tracker.threads()
     }
 
-    /// The measurements so far.
     pub fn measurements(&self) -> &Measurements {
         &self.measurements
     }

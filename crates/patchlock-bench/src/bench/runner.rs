@@ -166,16 +166,6 @@ pub fn trace<F>(
     Ok(trajectory)
 }
 
-/// The tasks of shard `part` of `parts`, counted from 1.
-pub fn shard(tasks: Vec<Task<'_>>, part: usize, parts: usize) -> Vec<Task<'_>> {
-    tasks
-        .into_iter()
-        .enumerate()
-        .filter(|(k, _)| k % parts + 1 == part)
-        .map(|(_, task)| task)
-        .collect()
-}
-
 /// The tasks whose runs are not in the store yet.
 ///
 /// # Errors

@@ -17,7 +17,6 @@
 //! All runs are scored against the unmodified ground truth.
 
 use std::convert::Infallible;
-use std::fmt;
 use std::str::FromStr;
 
 use patchlock::BoundingBox;
@@ -58,11 +57,10 @@ impl Scheme {
             Self::Sre => "sre",
         }
     }
-}
 
-impl fmt::Display for Scheme {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
+    /// The name in upper case, as in texts.
+    pub fn title(self) -> String {
+        self.name().to_uppercase()
     }
 }
 

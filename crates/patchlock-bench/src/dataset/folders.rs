@@ -8,7 +8,6 @@ use super::{Builder, Dataset, Layout, truth};
 use crate::Error;
 use patchlock_track::{files, text};
 
-/// Name of the file of ground truth.
 const TRUTH: &str = "groundtruth.txt";
 /// Depth below the root at which sequences are searched: LaSOT has a folder for each class, GOT-10k
 /// for each subset.

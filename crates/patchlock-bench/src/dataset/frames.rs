@@ -7,9 +7,7 @@ use patchlock_track::{files, names};
 /// An inclusive range of numbers of image files.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Range {
-    /// First number.
     pub first: u64,
-    /// Last number.
     pub last: u64,
 }
 
@@ -21,18 +19,15 @@ impl Range {
         (range.first <= range.last).then_some(range)
     }
 
-    /// How many numbers the range has.
     pub fn len(self) -> usize {
         (self.last - self.first) as usize + 1
     }
 
-    /// Whether the range contains a number.
     pub fn has(self, number: u64) -> bool {
         (self.first..=self.last).contains(&number)
     }
 }
 
-/// The images of a target.
 #[derive(Debug, Clone, Default)]
 pub struct Images {
     /// All images of the folder, in natural order.

@@ -1,5 +1,6 @@
 //! Checks the ground truth against the size of the frames.
 
+use patchlock::BoundingBox;
 use patchlock_media::image_file;
 
 use super::{Dataset, Remark, Sequence, Severity};
@@ -14,56 +15,48 @@ pub struct Findings {
     pub remarks: Vec<Remark>,
 }
 
-/// Inspects every sequence.
-pub fn inspect(dataset: &Dataset) -> Findings {
-    let mut findings = Findings::default();
-    for sequence in &dataset.sequences {
-        let mut remark = |severity, text: String| {
-            findings.remarks.push(Remark { target: Some(sequence.name.clone()), severity, text });
-        };
-        let size = sequence.frames.first().and_then(|first| match image_file::size(first) {
-            Ok(size) => Some(size),
-            Err(error) => {
-                remark(Severity::NoFrames, format!("cannot read {}: {error}", first.display()));
-                None
+impl Dataset {
+    /// Checks the ground truth against the frame sizes. Reads the header of each sequence's first
+    /// image.
+    pub fn inspect(&self) -> Findings {
+        let mut findings = Findings::default();
+        for sequence in &self.sequences {
+            let mut remark = |severity, text: String| {
+                let target = Some(sequence.name.clone());
+                findings.remarks.push(Remark { target, severity, text });
+            };
+            let size = sequence.frames.first().and_then(|first| match image_file::size(first) {
+                Ok(size) => Some(size),
+                Err(error) => {
+                    remark(Severity::NoFrames, format!("cannot read {}: {error}", first.display()));
+                    None
+                }
+            });
+            if let Some(size) = size {
+                outside(sequence, size).into_iter().for_each(|text| remark(Severity::Note, text));
             }
-        });
-        if let Some(size) = size {
-            outside(sequence, size).into_iter().for_each(|text| remark(Severity::Note, text));
+            findings.sizes.push(size);
         }
-        findings.sizes.push(size);
+        findings
     }
-    findings
 }
 
 /// Remarks on boxes that are partly or entirely outside the frame.
 fn outside(sequence: &Sequence, (width, height): (usize, usize)) -> Vec<String> {
-    let boxes = || sequence.truth.iter().flatten();
-    let entirely = boxes()
-        .filter(|b| {
-            b.x >= width as f64 || b.y >= height as f64 || b.x + b.w <= 0.0 || b.y + b.h <= 0.0
-        })
-        .count();
-    let partly_or_entirely = boxes()
-        .filter(|b| {
-            b.x < -1.0
-                || b.y < -1.0
-                || b.x + b.w > width as f64 + 1.0
-                || b.y + b.h > height as f64 + 1.0
-        })
-        .count();
+    let boxes: Vec<_> = sequence.truth.iter().flatten().collect();
+    let (all, w, h) = (boxes.len(), width as f64, height as f64);
+    let entirely = |b: &&&BoundingBox| b.x >= w || b.y >= h || b.x + b.w <= 0.0 || b.y + b.h <= 0.0;
+    let entirely = boxes.iter().filter(entirely).count();
+    let partly_or_entirely =
+        |b: &&&BoundingBox| b.x < -1.0 || b.y < -1.0 || b.x + b.w > w + 1.0 || b.y + b.h > h + 1.0;
+    let partly = boxes.iter().filter(partly_or_entirely).count().saturating_sub(entirely);
     let frame = format!("the frame of {width} x {height} pixels");
     let mut remarks = Vec::new();
     if entirely > 0 {
-        remarks
-            .push(format!("{entirely} of {} boxes lie entirely outside {frame}", boxes().count()));
+        remarks.push(format!("{entirely} of {all} boxes lie entirely outside {frame}"));
     }
-    if partly_or_entirely > entirely {
-        remarks.push(format!(
-            "{} of {} boxes reach beyond {frame}",
-            partly_or_entirely - entirely,
-            boxes().count()
-        ));
+    if partly > 0 {
+        remarks.push(format!("{partly} of {all} boxes reach beyond {frame}"));
     }
     remarks
 }

@@ -17,6 +17,7 @@ use std::path::{Path, PathBuf};
 
 use patchlock::BoundingBox;
 use patchlock_media::natural_order;
+use serde::Serialize;
 
 use crate::Error;
 use frames::Images;
@@ -86,7 +87,7 @@ pub struct Sequence {
 }
 
 /// Something unusual or wrong in a dataset.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Remark {
     /// The target concerned; `None` for the whole dataset.
     pub target: Option<String>,
@@ -97,13 +98,16 @@ pub struct Remark {
 }
 
 /// The consequence of a remark.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 pub enum Severity {
     /// For information; nothing is lost.
+    #[serde(rename = "note")]
     Note,
     /// The frames of the target cannot be used: it can be scored but not tracked.
+    #[serde(rename = "no frames")]
     NoFrames,
     /// The ground truth of the target cannot be used: it is not among the sequences.
+    #[serde(rename = "no truth")]
     NoTruth,
 }
 
@@ -150,12 +154,6 @@ impl Dataset {
     /// Whether the ground truth has more than the first box, or the sequence a single frame.
     pub fn can_be_scored(sequence: &Sequence) -> bool {
         sequence.truth.len() == 1 || sequence.truth.iter().flatten().nth(1).is_some()
-    }
-
-    /// Checks the ground truth against the frame sizes. Reads the header of each sequence's first
-    /// image.
-    pub fn inspect(&self) -> inspect::Findings {
-        inspect::inspect(self)
     }
 
     /// Why the frames of a target cannot be used, as its remark says.

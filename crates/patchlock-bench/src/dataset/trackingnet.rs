@@ -23,14 +23,9 @@ pub fn read(root: &Path) -> Result<Option<Dataset>, Error> {
             files::entries(&part.join("anno"))?.into_iter().filter(|f| files::ends_with(f, "txt"))
         {
             let name = files::stem_of(&file);
-            let images = files::images(&part.join("frames").join(&name))?;
+            let files = files::images(&part.join("frames").join(&name))?;
             let truth = truth::read(&file, Layout::TrackingNet.origin());
-            builder.add(
-                &name,
-                truth,
-                Some(Images { files: images, ranges: Vec::new() }),
-                Vec::new(),
-            );
+            builder.add(&name, truth, Some(Images { files, ranges: Vec::new() }), Vec::new());
         }
     }
     Ok(Some(builder.dataset))

@@ -7,7 +7,6 @@ use patchlock::BoundingBox;
 use crate::Error;
 use patchlock_track::text;
 
-/// The ground truth of a target.
 pub struct Truth {
     /// The box in each frame, in pixels counted from 0; `None` for frames without ground truth.
     pub boxes: Vec<Option<BoundingBox>>,

@@ -1,13 +1,15 @@
 //! Compares the score that a tracker gives, read as the probability that its box is on the target,
 //! with the overlap.
 
+use serde::Serialize;
+
 use crate::protocol::HIT_OVERLAP;
 
 /// Number of bins of equal width between the scores 0 and 1.
 pub const BINS: usize = 10;
 
 /// The frames whose scores are in one bin.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Bin {
     /// Number of frames.
     pub frames: usize,

@@ -2,15 +2,14 @@
 
 use super::palette::LineStyle;
 use crate::Error;
+use crate::bench::schemes::Scheme;
 use crate::dataset::Dataset;
 use crate::metrics::Curves;
 use crate::score::{self, Scoreboard, Summary, TargetScore, TrackerScore};
 use patchlock_track::names;
 
-/// A tracker in the comparison.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ComparedTracker<'a> {
-    /// Name of the tracker.
     pub name: &'a str,
     /// The seeds that count.
     pub seeds: &'a [u64],
@@ -18,7 +17,6 @@ pub struct ComparedTracker<'a> {
     pub targets: Vec<&'a TargetScore>,
     /// The means over these targets.
     pub overall: Summary,
-    /// The line style in every plot.
     pub style: LineStyle,
 }
 
@@ -36,46 +34,9 @@ impl ComparedTracker<'_> {
     }
 }
 
-/// The protocol of the runs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Kind {
-    /// One pass from the first frame and box.
-    Ope,
-    /// Several start frames.
-    Tre,
-    /// Several first boxes.
-    Sre,
-}
-
-impl Kind {
-    /// The protocol that the runs of a tracker follow.
-    fn of(tracker: &TrackerScore) -> Self {
-        let seeds = tracker.targets.iter().flat_map(|target| &target.seeds);
-        let passes: Vec<_> = seeds.flat_map(|seed| &seed.passes).collect();
-        if passes.iter().any(|pass| pass.first > 0) {
-            Self::Tre
-        } else if passes.iter().any(|pass| pass.variant > 0) {
-            Self::Sre
-        } else {
-            Self::Ope
-        }
-    }
-
-    /// The short name used by OTB.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Ope => "OPE",
-            Self::Tre => "TRE",
-            Self::Sre => "SRE",
-        }
-    }
-}
-
-/// All compared trackers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Comparison<'a> {
-    /// The protocol of all runs.
-    pub kind: Kind,
+    pub scheme: Scheme,
     /// Names of the targets that all trackers have, in the order of the dataset.
     pub targets: Vec<&'a str>,
     /// The trackers, in decreasing order of AUC.
@@ -106,34 +67,22 @@ impl<'a> Comparison<'a> {
                 names::some_of(&known)
             ));
         }
-        let (kind, trackers, mut notes) = of_one_kind(board, shown);
+        let (scheme, trackers, mut notes) = of_one_scheme(board, shown);
         let (targets, left_out) = common_targets(&trackers, truth);
         notes.extend(left_out);
         if targets.is_empty() {
             return nothing(format!("no target has results from all {} trackers", trackers.len()));
         }
-        let mut compared: Vec<ComparedTracker> = Vec::new();
-        for tracker in trackers {
+        let compared = trackers.iter().filter_map(|tracker| {
             let find = |name: &&str| tracker.targets.iter().find(|target| target.target == **name);
             let own: Vec<&TargetScore> = targets.iter().filter_map(find).collect();
-            let Some(overall) = score::summary(&own, &tracker.seeds) else {
-                continue;
-            };
+            let overall = score::summary(&own, &tracker.seeds)?;
             let style = LineStyle::FIRST; // until the ranking is known
-            let auc = overall.auc.mean;
-            let rank =
-                compared.partition_point(|better| better.overall.auc.mean.total_cmp(&auc).is_ge());
-            compared.insert(
-                rank,
-                ComparedTracker {
-                    name: &tracker.name,
-                    seeds: &tracker.seeds,
-                    targets: own,
-                    overall,
-                    style,
-                },
-            );
-        }
+            let (name, seeds) = (tracker.name.as_str(), tracker.seeds.as_slice());
+            Some(ComparedTracker { name, seeds, targets: own, overall, style })
+        });
+        let mut compared: Vec<ComparedTracker> = compared.collect();
+        compared.sort_by(|a, b| b.overall.auc.mean.total_cmp(&a.overall.auc.mean));
         if compared.is_empty() {
             return nothing("no tracker has a seed that all of its targets have".to_string());
         }
@@ -141,42 +90,48 @@ impl<'a> Comparison<'a> {
             shown.first().and_then(|name| compared.iter().position(|tracker| tracker.name == name));
         let about = first.unwrap_or(0);
         set_styles(&mut compared, about, shown);
-        Ok(Self { kind, targets, trackers: compared, about, notes })
+        Ok(Self { scheme, targets, trackers: compared, about, notes })
     }
 
     /// The number of targets, in words.
     pub fn size(&self) -> String {
-        let count = self.targets.len();
-        format!("{count} target{}", if count == 1 { "" } else { "s" })
+        names::counted(self.targets.len(), "target")
     }
 
-    /// The tracker that the report is about.
     pub fn about(&self) -> &ComparedTracker<'a> {
         &self.trackers[self.about]
-    }
-
-    /// Whether plots name the tracker regardless of its rank.
-    pub fn is_shown(&self, tracker: &ComparedTracker) -> bool {
-        tracker.style.strong
     }
 }
 
 /// The trackers with the protocol of the report, and a note on each of the others.
-fn of_one_kind<'a>(
+fn of_one_scheme<'a>(
     board: &'a Scoreboard,
     shown: &[String],
-) -> (Kind, Vec<&'a TrackerScore>, Vec<String>) {
+) -> (Scheme, Vec<&'a TrackerScore>, Vec<String>) {
     let first = board.trackers.iter().find(|tracker| shown.first() == Some(&tracker.name));
-    let least = board.trackers.iter().map(Kind::of).min().unwrap_or(Kind::Ope);
-    let kind = first.map_or(least, Kind::of);
+    let least = board.trackers.iter().map(scheme_of).min().unwrap_or(Scheme::Ope);
+    let scheme = first.map_or(least, scheme_of);
     let (own, others): (Vec<_>, Vec<_>) =
-        board.trackers.iter().partition(|tracker| Kind::of(tracker) == kind);
+        board.trackers.iter().partition(|tracker| scheme_of(tracker) == scheme);
     let note = |tracker: &&TrackerScore| {
-        let (theirs, ours) = (Kind::of(tracker).name(), kind.name());
+        let (theirs, ours) = (scheme_of(tracker).title(), scheme.title());
         format!("{} is left out: its runs are {theirs}, this report compares {ours}.", tracker.name)
     };
     let notes = others.iter().map(note).collect();
-    (kind, own, notes)
+    (scheme, own, notes)
+}
+
+/// The protocol that the runs of a tracker follow.
+fn scheme_of(tracker: &TrackerScore) -> Scheme {
+    let seeds = tracker.targets.iter().flat_map(|target| &target.seeds);
+    let passes: Vec<_> = seeds.flat_map(|seed| &seed.passes).collect();
+    if passes.iter().any(|pass| pass.first > 0) {
+        Scheme::Tre
+    } else if passes.iter().any(|pass| pass.variant > 0) {
+        Scheme::Sre
+    } else {
+        Scheme::Ope
+    }
 }
 
 /// The targets of the dataset that all trackers have results for, and a note if some have results

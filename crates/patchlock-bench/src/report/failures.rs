@@ -46,41 +46,27 @@ pub fn failures(overlaps: &[Option<f64>]) -> Vec<Range<usize>> {
     all.into_iter().filter(|(_, count)| *count >= MIN_FRAMES).map(|(range, _)| range).collect()
 }
 
-/// A frame to show as a thumbnail.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct CaptionedFrame {
-    /// Index of the frame in the sequence.
-    pub frame: usize,
-    /// The caption.
-    pub caption: String,
-}
-
 /// The first frames of the `limit` longest failures, in order of time; or, without failures, the
-/// frame with the smallest overlap.
+/// frame with the smallest overlap. Each with its caption.
 pub fn captioned_frames(
     overlaps: &[Option<f64>],
     failures: &[Range<usize>],
     limit: usize,
-) -> Vec<CaptionedFrame> {
+) -> Vec<(usize, String)> {
     let lengths: Vec<f64> = failures.iter().map(|failure| -(failure.len() as f64)).collect();
     let mut longest = ascending(&lengths);
     longest.truncate(limit);
     longest.sort_unstable();
     if !longest.is_empty() || limit == 0 {
-        let lost = |k: usize| CaptionedFrame {
-            frame: failures[k].start,
-            caption: format!("lost for {} frames", failures[k].len()),
-        };
-        return longest.into_iter().map(lost).collect();
+        let lost =
+            |failure: &Range<usize>| (failure.start, format!("lost for {} frames", failure.len()));
+        return longest.into_iter().map(|k| lost(&failures[k])).collect();
     }
     let given =
         overlaps.iter().enumerate().filter_map(|(frame, overlap)| Some((frame, (*overlap)?)));
     let smallest = given.min_by(|a, b| a.1.total_cmp(&b.1));
-    let captioned_frame = |(frame, overlap)| CaptionedFrame {
-        frame,
-        caption: format!("smallest overlap, {overlap:.2}"),
-    };
-    smallest.map(captioned_frame).into_iter().collect()
+    let captioned = |(frame, overlap)| (frame, format!("smallest overlap, {overlap:.2}"));
+    smallest.map(captioned).into_iter().collect()
 }
 
 /// A crop of the frame with the true and the tracked boxes, as an SVG element that contains a JPEG.
@@ -188,13 +174,10 @@ mod tests {
     #[test]
     fn the_longest_failures_are_shown_in_order_of_time() {
         let what = |limit| captioned_frames(&[], &[5..8, 10..40, 50..60], limit);
-        assert_eq!(what(2).iter().map(|m| m.frame).collect::<Vec<_>>(), [10, 50]);
+        assert_eq!(what(2).iter().map(|shown| shown.0).collect::<Vec<_>>(), [10, 50]);
         assert_eq!(what(0), []);
         let fine = overlaps(&[1.0, 0.7, -1.0, 0.6, 0.8]);
-        assert_eq!(
-            captioned_frames(&fine, &[], 2),
-            [CaptionedFrame { frame: 3, caption: "smallest overlap, 0.60".into() }]
-        );
+        assert_eq!(captioned_frames(&fine, &[], 2), [(3, "smallest overlap, 0.60".into())]);
     }
 
     #[test]

@@ -13,7 +13,7 @@ mod rows;
 mod svg;
 mod tables;
 
-pub use plots::{Plot, csv};
+pub use plots::{Plot, csv, round_step};
 pub use svg::{FAMILY, FONT, png};
 
 use crate::Error;
@@ -21,11 +21,12 @@ use crate::bench::store::sha256;
 use crate::compare::{BootstrapSamples, DRAWS, MIN_TARGETS, ascending, holm};
 use crate::dataset::{Dataset, OTB_ATTRIBUTES};
 use crate::metrics::Curves;
-use crate::protocol::{DP_INDEX, Protocol};
+use crate::protocol::Protocol;
 use crate::score::{self, Scoreboard, Summary, TargetScore};
 use comparison::{ComparedTracker, Comparison};
+use page::SequenceRow;
 use patchlock_track::names;
-use plots::curves::{self, Line};
+use plots::curves::{self, Line, MEASURES, Measure};
 use plots::intervals::{Intervals, TrackerDifferences};
 use plots::reliability::{self, Reliability};
 use plots::speed::{Point, Speed};
@@ -73,23 +74,16 @@ pub fn build(
     options: &Options,
 ) -> Result<Report, Error> {
     let comparison = Comparison::new(board, truth, &options.shown)?;
-    let overall = overall_plots(&comparison, protocol, options);
-    let attributes = attribute_plots(&comparison, protocol, options);
     let draws = BootstrapSamples::new(comparison.targets.len(), DRAWS, options.seed);
-    let pairs = interval_plot(&comparison, &draws);
-    let reliability = reliability_plot(&comparison, options);
     let (sequences, faults) = page::sequences(&comparison, truth, options);
-    let html = page::render(&page::Parts {
-        board,
-        truth,
-        comparison: &comparison,
-        overall: &overall,
-        pairs: pairs.as_ref(),
-        reliability: reliability.as_ref(),
-        attributes: &attributes,
-        sequences: &sequences,
-        faults: &faults,
-    })?;
+    let figures = Figures {
+        overall: overall_plots(&comparison, protocol, options),
+        pairs: interval_plot(&comparison, &draws),
+        reliability: reliability_plot(&comparison, options),
+        attributes: attribute_plots(&comparison, protocol, options),
+        sequences,
+    };
+    let html = page::render(board, truth, &comparison, &figures, &faults)?;
     let tables = vec![
         ("trackers".to_string(), tables::trackers(&comparison)),
         ("targets".to_string(), tables::targets(&comparison)),
@@ -97,91 +91,54 @@ pub fn build(
         ("pairs".to_string(), tables::pairs(&comparison, &draws)),
         ("status".to_string(), tables::status(&comparison)),
     ];
-    let attributes = attributes.into_iter().flat_map(|attribute| attribute.plots);
-    let sequences = sequences.into_iter().map(|sequence| sequence.plot);
-    let single = pairs.into_iter().chain(reliability);
-    let plots = overall.into_iter().chain(single).chain(attributes).chain(sequences).collect();
-    Ok(Report { html, plots, tables })
+    Ok(Report { html, plots: figures.into_plots(), tables })
 }
 
-/// A measure that is drawn as curves.
-struct Measure {
-    file: &'static str,
-    name: &'static str,
-    x_label: &'static str,
-    y_label: &'static str,
-    score_label: &'static str,
-    ticks: &'static [f64],
-    thresholds: fn(&Protocol) -> &[f64],
-    curve: fn(&Curves) -> &[f64],
-    score: fn(&Summary) -> f64,
-    mark: Option<f64>,
+/// The plots of the page.
+struct Figures {
+    /// Over all targets.
+    overall: Vec<Plot>,
+    /// The differences with their intervals.
+    pairs: Option<Plot>,
+    reliability: Option<Plot>,
+    /// Precision and success of each attribute.
+    attributes: Vec<Plot>,
+    sequences: Vec<SequenceRow>,
 }
 
-const PRECISION: Measure = Measure {
-    file: "precision",
-    name: "Precision",
-    x_label: "centre distance threshold, pixels",
-    y_label: "share of frames",
-    score_label: "DP at 20 px",
-    ticks: &[0.0, 10.0, 20.0, 30.0, 40.0, 50.0],
-    thresholds: |protocol| &protocol.precision,
-    curve: |curves| &curves.precision,
-    score: |summary| summary.dp20.mean,
-    mark: Some(DP_INDEX as f64),
-};
-const SUCCESS: Measure = Measure {
-    file: "success",
-    name: "Success",
-    x_label: "overlap threshold",
-    y_label: "share of frames",
-    score_label: "AUC",
-    ticks: &[0.0, 0.2, 0.4, 0.6, 0.8, 1.0],
-    thresholds: |protocol| &protocol.success,
-    curve: |curves| &curves.success,
-    score: |summary| summary.auc.mean,
-    mark: None,
-};
-const NORMALISED: Measure = Measure {
-    file: "normalised_precision",
-    name: "Normalised precision",
-    x_label: "centre distance threshold, relative to the target's size",
-    y_label: "share of frames",
-    score_label: "mean",
-    ticks: &[0.0, 0.1, 0.2, 0.3, 0.4, 0.5],
-    thresholds: |protocol| &protocol.normalised,
-    curve: |curves| &curves.normalised,
-    score: |summary| summary.norm_precision.mean,
-    mark: None,
-};
+impl Figures {
+    fn into_plots(self) -> Vec<Plot> {
+        let sequences = self.sequences.into_iter().map(|sequence| sequence.plot);
+        let single = self.pairs.into_iter().chain(self.reliability);
+        self.overall.into_iter().chain(single).chain(self.attributes).chain(sequences).collect()
+    }
+}
 
 fn overall_plots(comparison: &Comparison, protocol: &Protocol, options: &Options) -> Vec<Plot> {
     let all: Vec<(&ComparedTracker, Summary)> =
         comparison.trackers.iter().map(|tracker| (tracker, tracker.overall.clone())).collect();
     let plot = |measure: &Measure| {
-        let title =
-            format!("{} plots of {}, {}", measure.name, comparison.kind.name(), comparison.size());
+        let title = format!(
+            "{} plots of {}, {}",
+            measure.name,
+            comparison.scheme.title(),
+            comparison.size()
+        );
         curve_plot(measure, &all, protocol, options, measure.file.to_string(), title)
     };
-    [PRECISION, SUCCESS, NORMALISED].iter().map(plot).chain(speed_plot(comparison)).collect()
+    MEASURES.iter().map(plot).chain(speed_plot(comparison)).collect()
 }
 
 /// The plot of accuracy and speed; `None` unless the times of at least two trackers are known.
-fn speed_plot(comparison: &Comparison) -> Option<Plot> {
-    let point = |tracker| {
-        let tracker: &ComparedTracker = tracker;
+fn speed_plot<'a>(comparison: &Comparison<'a>) -> Option<Plot> {
+    let point = |tracker: &ComparedTracker<'a>| {
         let fps = tracker.overall.fps.map(|fps| fps.mean).filter(|fps| *fps > 0.0)?;
-        Some((tracker.name.to_string(), fps, tracker.overall.auc.mean, tracker.style))
+        let auc = tracker.overall.auc.mean;
+        Some(Point { name: tracker.name, fps, auc, style: tracker.style })
     };
-    let known: Vec<_> = comparison.trackers.iter().filter_map(point).collect();
+    let points: Vec<Point> = comparison.trackers.iter().filter_map(point).collect();
     let title = format!("Accuracy and speed, {}", comparison.size());
-    let points = known.iter().map(|(name, fps, auc, style)| Point {
-        name,
-        fps: *fps,
-        auc: *auc,
-        style: *style,
-    });
-    (known.len() > 1).then(|| Speed { title, points: points.collect() }.plot())
+    (points.len() > 1).then(|| Speed { title, points }.plot())
 }
 
 /// The reliability diagram of the best and the shown trackers; `None` if no scores are known.
@@ -217,33 +174,12 @@ fn curve_plot(
         score: (measure.score)(summary),
         style: (rank < options.best || tracker.style.strong).then_some(tracker.style),
     });
-    curves::Curves {
-        file,
-        title,
-        x_label: measure.x_label,
-        y_label: measure.y_label,
-        score_label: measure.score_label,
-        thresholds: (measure.thresholds)(protocol),
-        ticks: measure.ticks,
-        mark: measure.mark,
-        lines: lines.collect(),
-    }
-    .plot()
+    let (thresholds, lines) = ((measure.thresholds)(protocol), lines.collect());
+    curves::Curves { file, title, measure, thresholds, lines }.plot()
 }
 
-/// The plots of one attribute that several targets have.
-struct AttributePlots {
-    /// Short name.
-    short: String,
-    /// Precision and success.
-    plots: Vec<Plot>,
-}
-
-fn attribute_plots(
-    comparison: &Comparison,
-    protocol: &Protocol,
-    options: &Options,
-) -> Vec<AttributePlots> {
+/// Precision and success of each attribute that several targets have.
+fn attribute_plots(comparison: &Comparison, protocol: &Protocol, options: &Options) -> Vec<Plot> {
     let mut all = Vec::new();
     for (short, name) in attributes_of(comparison) {
         let has = |target: &&&TargetScore| target.attributes.contains(&short);
@@ -251,20 +187,17 @@ fn attribute_plots(
         if count < 2 {
             continue; // the plot of the target itself shows more
         }
-        let on = |tracker| -> Option<(&ComparedTracker, Summary)> {
-            let tracker: &ComparedTracker = tracker;
+        let trackers = comparison.trackers.iter().filter_map(|tracker| {
             let own: Vec<&TargetScore> = tracker.targets.iter().filter(has).copied().collect();
             Some((tracker, score::summary(&own, tracker.seeds)?))
-        };
-        let trackers: Vec<(&ComparedTracker, Summary)> =
-            comparison.trackers.iter().filter_map(on).collect();
+        });
+        let trackers: Vec<(&ComparedTracker, Summary)> = trackers.collect();
         let plot = |measure: &Measure| {
             let title = format!("{}: {name} ({count})", measure.name);
             let file = format!("{}_{}", measure.file, file_name(&short));
             curve_plot(measure, &trackers, protocol, options, file, title)
         };
-        let plots = [PRECISION, SUCCESS].iter().map(plot).collect();
-        all.push(AttributePlots { short, plots });
+        all.extend(MEASURES[..2].iter().map(plot));
     }
     all
 }
@@ -304,13 +237,9 @@ fn interval_plot(comparison: &Comparison, draws: &BootstrapSamples) -> Option<Pl
             rows.iter().filter_map(|row| row.differences.get(k)).map(|d| d.p).collect();
         rows.iter_mut().zip(holm(&p)).for_each(|(row, p)| row.corrected.push(p));
     }
-    let title = format!(
-        "{} compared with each other tracker, {} targets",
-        about.name,
-        comparison.targets.len()
-    );
-    let plot = Intervals { file: "differences".to_string(), title, measures: ["AUC", "DP"], rows };
-    (!plot.rows.is_empty()).then(|| plot.plot())
+    let count = comparison.targets.len();
+    let title = format!("{} compared with each other tracker, {count} targets", about.name);
+    (!rows.is_empty()).then(|| Intervals { title, measures: ["AUC", "DP"], rows }.plot())
 }
 
 /// A name with all characters replaced that are unusual in file names. A long one is cut, and then

@@ -8,49 +8,29 @@ use patchlock::{BoundingBox, Status};
 use serde::Serialize;
 
 use super::comparison::{ComparedTracker, Comparison};
-use super::failures::{self, CaptionedFrame, MIN_FRAMES};
+use super::failures::{self, MIN_FRAMES};
 use super::palette::{self, Theme};
 use super::plots::Plot;
 use super::plots::timeline::{Timeline, Track, middle};
-use super::{AttributePlots, Options, file_name, rows};
+use super::{Figures, Options, file_name, rows};
 use crate::Error;
 use crate::compare::{DRAWS, MIN_TARGETS};
 use crate::dataset::{Dataset, OTB_ATTRIBUTES, Sequence};
 use crate::metrics::Curves;
 use crate::protocol::{HIT_OVERLAP, LOST_OVERLAP};
 use crate::score::{Pass, Scoreboard, TargetScore};
+use patchlock_track::names;
 
 /// After more unreadable frames than this, no further thumbnails are attempted.
 const MAX_FAULTS: usize = 5;
 
-/// The contents of the page.
-pub struct Parts<'a> {
-    /// All scores, for the notes.
-    pub board: &'a Scoreboard,
-    /// The dataset.
-    pub truth: &'a Dataset,
-    /// The compared trackers.
-    pub comparison: &'a Comparison<'a>,
-    /// The plots over all targets.
-    pub overall: &'a [Plot],
-    /// The plot of differences with their intervals.
-    pub pairs: Option<&'a Plot>,
-    /// The reliability diagram, if any scores are known.
-    pub reliability: Option<&'a Plot>,
-    /// The plots of each attribute.
-    pub attributes: &'a [AttributePlots],
-    /// The rows of the sequences.
-    pub sequences: &'a [SequenceRow],
-    /// Errors of frames that could not be read.
-    pub faults: &'a [String],
-}
-
 /// The row of one target: overlap over time, and failures.
+#[derive(Serialize)]
 pub struct SequenceRow {
     name: String,
     attributes: Vec<String>,
-    auc: f64,
-    dp20: f64,
+    auc: String,
+    dp20: String,
     lost: usize,
     frames: usize,
     thumbnails: Vec<Thumbnail>,
@@ -90,7 +70,7 @@ fn sequence_row(
 ) -> SequenceRow {
     let about = comparison.about();
     let others = comparison.trackers.iter().enumerate().filter(|(rank, tracker)| {
-        *rank != comparison.about && (*rank < options.best || comparison.is_shown(tracker))
+        *rank != comparison.about && (*rank < options.best || tracker.style.strong)
     });
     let named: Vec<&ComparedTracker> =
         [about].into_iter().chain(others.map(|(_, tracker)| tracker)).collect();
@@ -110,8 +90,8 @@ fn sequence_row(
     SequenceRow {
         name: sequence.name.clone(),
         attributes: sequence.attributes.clone(),
-        auc: about.mean(target, Curves::auc),
-        dp20: about.mean(target, Curves::dp20),
+        auc: format!("{:.3}", about.mean(target, Curves::auc)),
+        dp20: format!("{:.3}", about.mean(target, Curves::dp20)),
         lost: lost.iter().map(Range::len).sum(),
         frames: sequence.truth.len(),
         thumbnails,
@@ -177,136 +157,81 @@ fn thumbnails(
         return Vec::new();
     }
     let mut thumbnails = Vec::new();
-    for CaptionedFrame { frame, caption } in
-        failures::captioned_frames(overlaps, lost, options.thumbnails)
-    {
+    for (frame, what) in failures::captioned_frames(overlaps, lost, options.thumbnails) {
         let passes = passes(about, about.targets[index]);
         let boxes = passes.iter().filter_map(|pass| pass.boxes.get(frame).copied().flatten());
         let boxes: Vec<BoundingBox> = boxes.collect();
         match failures::thumbnail(sequence, frame, &boxes) {
-            Ok(svg) => thumbnails.push(Thumbnail { frame, what: caption, svg }),
+            Ok(svg) => thumbnails.push(Thumbnail { frame, what, svg }),
             Err(reason) => faults.push(reason),
         }
     }
     thumbnails
 }
 
-#[derive(Serialize)]
-struct SequenceView<'a> {
-    name: &'a str,
-    attributes: &'a [String],
-    auc: String,
-    dp20: String,
-    lost: usize,
-    frames: usize,
-    thumbnails: &'a [Thumbnail],
-    picture: String,
-}
-
-impl<'a> From<&'a SequenceRow> for SequenceView<'a> {
-    fn from(row: &'a SequenceRow) -> Self {
-        Self {
-            name: &row.name,
-            attributes: &row.attributes,
-            auc: format!("{:.3}", row.auc),
-            dp20: format!("{:.3}", row.dp20),
-            lost: row.lost,
-            frames: row.frames,
-            thumbnails: &row.thumbnails,
-            picture: row.plot.inline(),
-        }
-    }
-}
-
-#[derive(Serialize)]
-struct AttributeView<'a> {
-    short: &'a str,
-    pictures: Vec<String>,
-}
-
 /// Notes on what was left out and on the trackers.
-fn notes(parts: &Parts) -> Vec<String> {
-    let refused = parts.board.refused.iter().map(|tracker| {
-        format!(
-            "{} is left out: {}",
-            tracker.name,
-            patchlock_track::names::some_of(&tracker.reasons)
-        )
+fn notes(board: &Scoreboard, comparison: &Comparison, faults: &[String]) -> Vec<String> {
+    let refused = board.refused.iter().map(|tracker| {
+        format!("{} is left out: {}", tracker.name, names::some_of(&tracker.reasons))
     });
     let mut notes: Vec<String> = refused.collect();
-    notes.extend(parts.comparison.notes.iter().cloned());
+    notes.extend(comparison.notes.iter().cloned());
     // No tracker matches every true box exactly.
     let exact =
-        parts.comparison.trackers.iter().filter(|tracker| tracker.overall.mean_overlap.mean == 1.0);
+        comparison.trackers.iter().filter(|tracker| tracker.overall.mean_overlap.mean == 1.0);
     notes.extend(exact.map(|tracker| {
         format!("{}: every box equals the truth: is this the truth itself?", tracker.name)
     }));
-    notes.extend(shared_notes(parts.board));
-    notes.extend(parts.faults.iter().map(|fault| format!("A frame cannot be shown: {fault}")));
+    let shared = board.notes().into_iter();
+    notes.extend(shared.map(|(note, trackers)| format!("{}: {note}", trackers.join(", "))));
+    notes.extend(faults.iter().map(|fault| format!("A frame cannot be shown: {fault}")));
     notes
 }
 
-/// The notes of the scores, each listed once with all trackers that it applies to.
-fn shared_notes(board: &Scoreboard) -> Vec<String> {
-    let mut shared: Vec<(&str, Vec<&str>)> = Vec::new();
-    for (note, name) in
-        board.trackers.iter().flat_map(|t| t.notes.iter().map(|note| (note, &t.name)))
-    {
-        match shared.iter_mut().find(|(other, _)| other == note) {
-            Some((_, names)) => names.push(name),
-            None => shared.push((note, vec![name])),
-        }
-    }
-    shared.iter().map(|(note, names)| format!("{}: {note}", names.join(", "))).collect()
-}
-
-/// Renders the template.
+/// Renders the template. `faults` are the errors of frames that could not be read.
 ///
 /// # Errors
-/// [`Error::Picture`] if the template and the parts do not match, which is a bug.
-pub fn render(parts: &Parts) -> Result<String, Error> {
+/// [`Error::Picture`] if the template and the values do not match, which is a bug.
+pub fn render(
+    board: &Scoreboard,
+    truth: &Dataset,
+    comparison: &Comparison,
+    figures: &Figures,
+    faults: &[String],
+) -> Result<String, Error> {
     let mut environment = Environment::new();
     let broken = |error: minijinja::Error| Error::Picture { reason: error.to_string() };
     environment.add_template("page.html", include_str!("page.html")).map_err(broken)?;
-    let (comparison, about) = (parts.comparison, parts.comparison.about());
-    let attributes: Vec<AttributeView> = parts
-        .attributes
-        .iter()
-        .map(|a| AttributeView {
-            short: &a.short,
-            pictures: a.plots.iter().map(Plot::inline).collect(),
-        })
-        .collect();
-    let frames: usize = parts.sequences.iter().map(|row| row.frames).sum();
+    let (about, sequences) = (comparison.about(), &figures.sequences);
     let values = context! {
         style => include_str!("page.css"),
         light => palette::style(Theme::Light),
         dark => palette::style(Theme::Dark),
         script => include_str!("page.js"),
         version => env!("CARGO_PKG_VERSION"),
-        kind => comparison.kind.name(),
-        layout => parts.truth.layout.to_string(),
+        kind => comparison.scheme.title(),
+        layout => truth.layout.to_string(),
         targets => comparison.targets.len(),
         size => comparison.size(),
-        frames => frames,
+        frames => sequences.iter().map(|row| row.frames).sum::<usize>(),
         about => about.name,
         about_rank => comparison.about + 1,
         about_auc => format!("{:.3}", about.overall.auc.mean),
         about_dp20 => format!("{:.3}", about.overall.dp20.mean),
         about_seeds => about.seeds.len(),
-        notes => notes(parts),
-        overall => parts.overall.iter().map(Plot::inline).collect::<Vec<_>>(),
+        notes => notes(board, comparison, faults),
+        overall => Serde(&figures.overall),
         trackers => Serde(rows::accuracy(comparison)),
         said => Serde(rows::said(comparison)),
-        reliability => parts.reliability.map(Plot::inline),
-        pairs => parts.pairs.map(Plot::inline),
+        reliability => Serde(&figures.reliability),
+        pairs => Serde(&figures.pairs),
         draws => DRAWS,
         min_targets => MIN_TARGETS,
-        attributes => Serde(attributes),
+        attributes => Serde(&figures.attributes),
         attribute_names => Serde(OTB_ATTRIBUTES),
-        sequences => Serde(parts.sequences.iter().map(SequenceView::from).collect::<Vec<_>>()),
-        has_thumbnails => parts.sequences.iter().any(|row| !row.thumbnails.is_empty()),
-        has_status => parts.sequences.iter().any(|row| row.has_status),
+        sequences => Serde(sequences),
+        has_thumbnails => sequences.iter().any(|row| !row.thumbnails.is_empty()),
+        has_status => sequences.iter().any(|row| row.has_status),
         lost => LOST_OVERLAP,
         hit => HIT_OVERLAP,
         shortest => MIN_FRAMES,

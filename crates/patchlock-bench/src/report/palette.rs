@@ -18,9 +18,7 @@ const HUES: [[&str; 2]; 7] = [
     ["#2aa0dd", "#9bdcff"],
     ["#3c4653", "#c3ccd6"],
 ];
-/// Number of levels of overlap.
 pub const LEVEL_COUNT: usize = 5;
-/// Number of statuses.
 pub const STATUS_COUNT: usize = Status::NAMES.len();
 /// Colours of the levels of overlap for the light and the dark theme, from lost to good, for the
 /// classes `h0` .. `h4`.
@@ -41,13 +39,10 @@ const DASHES: [&str; 6] = ["", "7 3", "2 3", "9 3 2 3", "4 2", "12 4"];
 /// The background of a plot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Theme {
-    /// White background.
     Light,
-    /// Dark background.
     Dark,
 }
 
-/// The line style of a tracker.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct LineStyle {
     hue: usize,
@@ -71,18 +66,15 @@ impl LineStyle {
         format!("f{}", self.hue)
     }
 
-    /// The SVG attributes of the line.
     pub fn line(self) -> String {
         self.line_with_width(if self.strong { 3.0 } else { 1.7 })
     }
 
     /// The SVG attributes of a line of this width.
     pub fn line_with_width(self, width: f64) -> String {
-        let dashes = DASHES[self.round];
-        let dashes = if dashes.is_empty() {
-            String::new()
-        } else {
-            format!(" stroke-dasharray=\"{dashes}\"")
+        let dashes = match DASHES[self.round] {
+            "" => String::new(),
+            dashes => format!(" stroke-dasharray=\"{dashes}\""),
         };
         format!(
             "class=\"c{}\" stroke-width=\"{width}\" stroke-linejoin=\"round\"{dashes}",
@@ -98,10 +90,7 @@ pub fn level(overlap: f64) -> usize {
 
 /// The CSS rules of all classes of this module.
 pub fn style(theme: Theme) -> String {
-    let index = match theme {
-        Theme::Light => 0,
-        Theme::Dark => 1,
-    };
+    let index = theme as usize;
     let mut rules = String::new();
     for (k, hue) in HUES.iter().enumerate() {
         let _ = write!(rules, ".c{k}{{stroke:{0}}}.f{k}{{fill:{0}}}", hue[index]);

@@ -5,7 +5,6 @@ use serde::Serialize;
 use super::comparison::{ComparedTracker, Comparison};
 use crate::score::{CalibrationSummary, Measure, StatusSummary};
 
-/// A row of a table.
 #[derive(Serialize)]
 pub struct Row<'a> {
     rank: usize,

@@ -47,7 +47,6 @@ pub enum Anchor {
 }
 
 impl Svg {
-    /// Appends markup.
     pub fn put(&mut self, markup: Arguments<'_>) {
         let _ = self.body.write_fmt(markup);
         self.body.push('\n');
@@ -83,14 +82,12 @@ impl Svg {
         ));
     }
 
-    /// Appends a straight line.
     pub fn line(&mut self, class: &str, [x1, y1]: [f64; 2], [x2, y2]: [f64; 2]) {
         self.put(format_args!(
             "<line class=\"{class}\" x1=\"{x1:.1}\" y1=\"{y1:.1}\" x2=\"{x2:.1}\" y2=\"{y2:.1}\"/>"
         ));
     }
 
-    /// Appends a filled rectangle.
     pub fn rect(&mut self, class: &str, [x, y]: [f64; 2], [w, h]: [f64; 2]) {
         self.put(format_args!(
             "<rect class=\"{class}\" x=\"{x:.2}\" y=\"{y:.2}\" width=\"{w:.2}\" height=\"{h:.2}\"/>"

@@ -22,9 +22,7 @@ pub fn read(folder: &Path, truth: &Dataset) -> Result<Vec<Results>, Error> {
         }
         let name = match scheme {
             Scheme::Ope => manifest.tracker.clone(),
-            Scheme::Tre | Scheme::Sre => {
-                format!("{} {}", manifest.tracker, scheme.name().to_uppercase())
-            }
+            Scheme::Tre | Scheme::Sre => format!("{} {}", manifest.tracker, scheme.title()),
         };
         let mut results = Results::new(name, Layout::Bench);
         let mut times = TimingConditions::default();

@@ -8,7 +8,6 @@ mod mot;
 mod per_target;
 mod text_files;
 
-use std::fmt;
 use std::path::{Path, PathBuf};
 
 use patchlock::{BoundingBox, Status};
@@ -36,18 +35,6 @@ pub enum Layout {
     Vot,
     /// `<target>.txt` with `frame,id,x,y,w,h,confidence,..` on each line.
     Mot,
-}
-
-impl fmt::Display for Layout {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Bench => "patchlock bench",
-            Self::Otb => "OTB text",
-            Self::Got10k => "got10k",
-            Self::Vot => "VOT",
-            Self::Mot => "MOT",
-        })
-    }
 }
 
 /// One run of a tracker on one target.
@@ -94,13 +81,14 @@ impl Results {
         Self { name, layout, runs: Vec::new(), faults: Vec::new(), notes: Vec::new() }
     }
 
-    /// Adds a run from the first frame on, without times.
+    /// Adds a run from the first frame on. The file of its times may be missing.
     fn add(
         &mut self,
         target: String,
         seed: u64,
         file: &Path,
         boxes: Result<Vec<Option<BoundingBox>>, Error>,
+        times: Option<&Path>,
     ) {
         match boxes {
             Ok(boxes) => self.runs.push(Run {
@@ -108,8 +96,8 @@ impl Results {
                 seed,
                 variant: 0,
                 first: 0,
+                seconds: times.and_then(|times| seconds(times, boxes.len())),
                 boxes,
-                seconds: None,
                 scores: None,
                 statuses: None,
                 file: file.to_path_buf(),

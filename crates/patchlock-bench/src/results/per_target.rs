@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use patchlock::BoundingBox;
 
-use super::{Layout, Results, boxes, seconds};
+use super::{Layout, Results, boxes};
 use crate::Error;
 use crate::dataset::Dataset;
 use patchlock_track::files::{ends_with, entries, name_of, stem_of};
@@ -36,13 +36,10 @@ pub fn read(folder: &Path, truth: &Dataset) -> Result<Option<Results>, Error> {
             } else {
                 boxes(&file, &table, truth.origin())
             };
-            results.add(target.clone(), number, &file, given);
             let times = inner.join(format!("{target}_time.txt"));
-            if let Some(run) = results.runs.last_mut().filter(|run| run.file == file) {
-                // With several repetitions the file of times has one column for each; these are not
-                // read.
-                run.seconds = (number == 0).then(|| seconds(&times, run.boxes.len())).flatten();
-            }
+            // With several repetitions the file of times has one column for each; these are not read.
+            let times = (number == 0).then_some(times.as_path());
+            results.add(target.clone(), number, &file, given, times);
         }
     }
     if codes > 0 {

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{Layout, Results, boxes, mot, seconds};
+use super::{Layout, Results, boxes, mot};
 use crate::Error;
 use crate::dataset::Dataset;
 use patchlock_track::files::{ends_with, entries, name_of, stem_of};
@@ -19,15 +19,13 @@ pub fn read(folder: &Path, truth: &Dataset) -> Result<Option<Results>, Error> {
                 results.layout = Layout::Mot;
                 let frames = truth.find(&target).map(|sequence| sequence.truth.len());
                 let boxes = mot::boxes(&file, &table, truth.origin(), frames);
-                results.add(target, 0, &file, boxes);
+                results.add(target, 0, &file, boxes, None);
             }
             Ok(table) => {
-                results.add(target.clone(), 0, &file, boxes(&file, &table, truth.origin()));
                 // The got10k toolkit writes times to the folder `times` beside the boxes.
                 let times = folder.join("times").join(format!("{target}_time.txt"));
-                if let Some(run) = results.runs.last_mut().filter(|run| run.file == file) {
-                    run.seconds = seconds(&times, run.boxes.len());
-                }
+                let boxes = boxes(&file, &table, truth.origin());
+                results.add(target, 0, &file, boxes, Some(&times));
             }
         }
     }

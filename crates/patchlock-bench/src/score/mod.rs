@@ -10,6 +10,7 @@ mod summary;
 use std::collections::BTreeMap;
 
 use patchlock::{BoundingBox, Status};
+use serde::Serialize;
 
 use crate::dataset::{self, Dataset, OTB_ATTRIBUTES, Remark, Sequence, Severity};
 use crate::metrics::{self, Calibration, Curves, FrameMeasures, StatusCounts, Tally};
@@ -86,7 +87,7 @@ pub struct TrackerScore {
 }
 
 /// A tracker that cannot be scored.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct UnscoredTracker {
     /// Name of the tracker.
     pub name: String,
@@ -104,6 +105,22 @@ pub struct Scoreboard {
     pub refused: Vec<UnscoredTracker>,
     /// The targets with invalid ground truth and the reasons; no tracker is scored on them.
     pub without_truth: Vec<String>,
+}
+
+impl Scoreboard {
+    /// The notes, each once, with the trackers that it applies to.
+    pub fn notes(&self) -> Vec<(&str, Vec<&str>)> {
+        let mut notes: Vec<(&str, Vec<&str>)> = Vec::new();
+        for tracker in &self.trackers {
+            for note in &tracker.notes {
+                match notes.iter_mut().find(|(text, _)| text == note) {
+                    Some((_, trackers)) => trackers.push(&tracker.name),
+                    None => notes.push((note, vec![&tracker.name])),
+                }
+            }
+        }
+        notes
+    }
 }
 
 /// Scores trackers.

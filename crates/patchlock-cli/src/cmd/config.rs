@@ -7,7 +7,7 @@ use patchlock_track::settings::{self, Overrides};
 
 use super::PRESETS_SHOWN;
 use crate::failure::Failure;
-use crate::output::printed::print;
+use crate::output::printed::{print, wrapped};
 
 const EXAMPLES: &str = "\
 EXAMPLES:
@@ -30,7 +30,6 @@ const NETWORK: &str = "
 # runtime = \"libonnxruntime.so\"
 ";
 
-/// Width of comment lines.
 const LINE: usize = 100;
 
 /// Prints the settings as TOML, with a comment for each
@@ -45,7 +44,6 @@ pub struct ConfigArgs {
     research: bool,
 }
 
-/// Prints the configuration.
 pub fn run(args: &ConfigArgs) -> Result<()> {
     let config = settings::resolve(&args.preset, None, Overrides::default());
     let config = config.map_err(Failure::from)?;
@@ -75,28 +73,16 @@ fn commented(config: &TrackerConfig, preset: &str, research: bool) -> Result<Str
             source = parameter.source;
             text += &format!("\n# ---- {source} ----\n");
         }
-        let purpose = parameter.purpose.split_whitespace().collect::<Vec<_>>().join(" ");
-        text += &comment(&format!("{purpose} Range: {}.", parameter.range));
+        text += &comment(&format!("{} Range: {}.", parameter.purpose, parameter.range));
         let value = settings::to_toml(&config.get(parameter.name)?);
         text += &format!("{} = {value}\n", parameter.name);
     }
     Ok(text)
 }
 
-/// Wraps a comment to [`LINE`] columns.
+/// A comment in lines of at most [`LINE`] columns.
 fn comment(text: &str) -> String {
-    let mut lines = String::from("\n#");
-    let mut length = 1;
-    for word in text.split_whitespace() {
-        if length + 1 + word.len() > LINE {
-            lines += "\n#";
-            length = 1;
-        }
-        lines += " ";
-        lines += word;
-        length += 1 + word.len();
-    }
-    lines + "\n"
+    format!("\n# {}\n", wrapped(text, LINE - 2, "# "))
 }
 
 #[cfg(test)]

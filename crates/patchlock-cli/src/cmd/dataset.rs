@@ -51,7 +51,6 @@ pub struct DatasetArgs {
     json: bool,
 }
 
-/// Inspects the dataset and prints the result.
 pub fn run(args: &DatasetArgs) -> Result<()> {
     let dataset = Dataset::open(&args.dir).map_err(Failure::from)?;
     let findings = dataset.inspect();
@@ -128,17 +127,9 @@ fn json_of(dataset: &Dataset, findings: &Findings, remarks: &[&Remark]) -> Value
             "attributes": sequence.attributes,
         })
     };
-    let remark = |remark: &&Remark| {
-        let severity = match remark.severity {
-            Severity::Note => "note",
-            Severity::NoFrames => "no frames",
-            Severity::NoTruth => "no truth",
-        };
-        json!({"target": remark.target, "severity": severity, "text": remark.text})
-    };
     json!({
         "layout": dataset.layout.to_string(),
         "targets": findings.sizes.iter().enumerate().map(target).collect::<Vec<_>>(),
-        "remarks": remarks.iter().map(remark).collect::<Vec<_>>(),
+        "remarks": remarks,
     })
 }

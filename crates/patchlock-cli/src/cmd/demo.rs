@@ -1,5 +1,6 @@
 //! `patchlock demo`: tracks a rendered scene and compares the boxes with the truth.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -88,7 +89,7 @@ fn show(args: &DemoArgs, program: &str) -> Result<()> {
     interrupt::listen()?;
     let scene = Scene::demo();
     let mut targets = Targets::in_first_frame(&[truth_box(&scene, 0)]);
-    let (mut run, mut show) = begin(&args.out, &scene)?;
+    let (mut run, mut show) = begin(&args.out, &scene, &targets)?;
     let progress = Progress::new(Some(scene.len()), args.quiet);
     let frames = Prefetcher::start(Box::new(SceneSource(scene.clone())), 0..scene.len());
     let frames = frames.take_while(|_| !interrupt::requested()).map(|frame| Ok(frame?));
@@ -133,24 +134,19 @@ fn prepare(out: &Path, overwrite: bool) -> Result<(), Failure> {
 }
 
 /// Opens the files. The run writes the boxes and the video with the track.
-fn begin(out: &Path, scene: &Scene) -> Result<(Run, DemoOutput)> {
+fn begin(out: &Path, scene: &Scene, targets: &Targets) -> Result<(Run, DemoOutput)> {
     let create = |name: &str| PendingFile::create(&out.join(name), true);
     let first = scene.frame(0);
     let input = create("input.mp4")?;
     let write_error = Box::new(input.error_handler());
-    let frames = Some(scene.len());
+    let (frames, view) = (Some(scene.len()), View::new(Style::default()));
+    let video = Video::new(create("demo.mp4")?, FrameRate::DEFAULT, view, QUALITY, frames);
     // The video first: completing it may still fail, before the other files are in place.
     let sinks: Vec<Box<dyn Sink>> = vec![
-        Box::new(BackgroundSink::new(Box::new(Video::new(
-            create("demo.mp4")?,
-            FrameRate::DEFAULT,
-            View::new(Style::default()),
-            QUALITY,
-            frames,
-        )))),
+        Box::new(BackgroundSink::new(Box::new(video))),
         Box::new(Table::new(Format::Csv, LostPosition::Keep, create("demo.csv")?)),
     ];
-    let run = Run::new(TrackerConfig::default(), None, false, sinks)?;
+    let run = Run::new(TrackerConfig::default(), None, targets, sinks)?;
     let input = Mp4Writer::new(input, first.width, first.height, FrameRate::DEFAULT, frames)
         .map_err(&write_error)?;
     let show = DemoOutput {
@@ -158,14 +154,13 @@ fn begin(out: &Path, scene: &Scene) -> Result<(Run, DemoOutput)> {
         write_error,
         overlap: Vec::new(),
         score: Vec::new(),
-        strip_frames: strip_frames(scene),
+        captions: captions(scene),
         away: false,
         panels: Vec::new(),
     };
     Ok((run, show))
 }
 
-/// The frames of a scene.
 struct SceneSource(Scene);
 
 impl FrameSource for SceneSource {
@@ -190,14 +185,14 @@ struct DemoOutput {
     write_error: Box<dyn Fn(Error) -> Failure>,
     overlap: Vec<f64>,
     score: Vec<f64>,
-    strip_frames: Vec<StripFrame>,
+    /// The captions of frames to show in the strip.
+    captions: BTreeMap<usize, String>,
     /// Whether the target was lost and has not been tracked since.
     away: bool,
     panels: Vec<Panel>,
 }
 
 impl DemoOutput {
-    /// Adds a tracked frame.
     fn add(&mut self, scene: &Scene, tracked: &TrackedFrame<'_>) -> Result<()> {
         self.input.push(&tracked.picture.to_rgb()).map_err(&self.write_error)?;
         let target = tracked.targets.first().context("there is a target")?;
@@ -207,14 +202,10 @@ impl DemoOutput {
         let status = target.estimate.status;
         let found = self.away && status == Status::Tracked;
         self.away = !found && (self.away || status == Status::Lost);
-        let strip_frame =
-            self.strip_frames.iter().find(|strip_frame| strip_frame.frame == tracked.frame);
-        let what = strip_frame
-            .map(|strip_frame| strip_frame.caption.as_str())
-            .or(found.then_some("found again"));
-        if let Some(what) = what {
+        let caption = self.captions.get(&tracked.frame).map(String::as_str);
+        if let Some(what) = caption.or(found.then_some("found again")) {
             let visible = !scene.truth(tracked.frame).is_absent();
-            self.panels.push(panel(target, tracked, what, visible.then_some(overlap)));
+            self.panels.push(panel(target, tracked, what, visible.then_some(overlap))?);
         }
         Ok(())
     }
@@ -237,7 +228,7 @@ impl DemoOutput {
             filled(out, "overlap.svg", chart.svg().as_bytes())?,
             filled(out, "overlap.png", &chart.png()?)?,
             filled(out, "strip.png", &strip)?,
-            filled(out, "truth.csv", truth_table(scene)?.as_bytes())?,
+            filled(out, "truth.csv", truth_table(scene).as_bytes())?,
             filled(out, ABOUT, about().as_bytes())?,
         ];
         for sink in sinks {
@@ -257,7 +248,7 @@ fn panel(
     tracked: &TrackedFrame<'_>,
     what: &str,
     overlap: Option<f64>,
-) -> Panel {
+) -> Result<Panel> {
     let TrackedFrame { picture, frame, ms, .. } = *tracked;
     let side = PANEL.min(picture.width).min(picture.height);
     let begin = |centre: f64, length: usize| {
@@ -270,16 +261,15 @@ fn panel(
     let part = rows.flat_map(|row| &row[left * 3..(left + side) * 3]).copied().collect();
     let targets = [target.shifted(-(left as f64), -(top as f64))];
     let part = Arc::new(Picture::rgb(side, side, part));
+    let part = TrackedFrame { frame, ms, targets: &targets, picture: &part };
     let estimate = &target.estimate;
-    Panel {
-        width: side,
-        height: side,
-        rgb: draw::annotate(&TrackedFrame { frame, ms, targets: &targets, picture: &part }),
+    Ok(Panel {
+        frame: View::new(Style::default()).draw(&part)?,
         title: what.to_string(),
         status: estimate.status.to_string().to_uppercase(),
         note: overlap.map_or_else(String::new, |overlap| format!("overlap {overlap:.2}")),
         mark: draw::colour(estimate),
-    }
+    })
 }
 
 fn filled(out: &Path, name: &str, data: &[u8]) -> Result<PendingFile, Failure> {
@@ -292,20 +282,15 @@ fn truth_box(scene: &Scene, k: usize) -> BoundingBox {
 }
 
 /// The truth, in those columns of the track that apply to it.
-fn truth_table(scene: &Scene) -> Result<String> {
-    let mut table = csv::Writer::from_writer(Vec::new());
-    table.write_record([
-        "frame", "x", "y", "w", "h", "x1", "y1", "x2", "y2", "x3", "y3", "x4", "y4", "hidden",
-    ])?;
-    for k in 0..scene.len() {
+fn truth_table(scene: &Scene) -> String {
+    let head = "frame,x,y,w,h,x1,y1,x2,y2,x3,y3,x4,y4,hidden";
+    let row = |k: usize| {
         let truth = scene.truth(k);
-        let numbers =
-            truth.bbox.into_iter().chain(truth.corners.into_iter().flatten()).chain([truth.hidden]);
-        let numbers = numbers.map(|number| format!("{number:.4}"));
-        table.write_record(std::iter::once(k.to_string()).chain(numbers))?;
-    }
-    String::from_utf8(table.into_inner().context("cannot complete the table of truth")?)
-        .context("a table is text")
+        let corners = truth.corners.into_iter().flatten();
+        let numbers = truth.bbox.into_iter().chain(corners).chain([truth.hidden]);
+        format!("\n{k}") + &numbers.map(|number| format!(",{number:.4}")).collect::<String>()
+    };
+    head.to_string() + &(0..scene.len()).map(row).collect::<String>() + "\n"
 }
 
 fn about() -> String {
@@ -317,15 +302,9 @@ fn about() -> String {
     text
 }
 
-/// A frame to show in the strip.
-struct StripFrame {
-    frame: usize,
-    caption: String,
-}
-
-/// The first frame and the frames in which each difficulty is greatest, in temporal order. The
+/// The frames to show in the strip: the first one and those in which each difficulty is greatest. The
 /// middle of the frames in which the target is hidden completely stands for all of them.
-fn strip_frames(scene: &Scene) -> Vec<StripFrame> {
+fn captions(scene: &Scene) -> BTreeMap<usize, String> {
     let percent = |share: f64| format!("{:.0} %", 100.0 * share);
     let most = |value: &dyn Fn(usize) -> f64| {
         (1..scene.len()).max_by(|&a, &b| value(a).total_cmp(&value(b))).unwrap_or(0)
@@ -336,24 +315,13 @@ fn strip_frames(scene: &Scene) -> Vec<StripFrame> {
     let hidden = absent.get(absent.len() / 2).copied();
     let hidden = hidden.unwrap_or_else(|| most(&|k| scene.truth(k).hidden));
     let turn = |k: usize| format!("{:+.0}°", scene.truth(k).rotation.to_degrees());
-    let mut strip_frames = vec![
-        StripFrame { frame: 0, caption: "the given box".into() },
-        StripFrame {
-            frame: turned,
-            caption: format!("{} size, {}", percent(scene.truth(turned).scale), turn(turned)),
-        },
-        StripFrame {
-            frame: hidden,
-            caption: format!("{} hidden", percent(scene.truth(hidden).hidden)),
-        },
-        StripFrame {
-            frame: darkest,
-            caption: format!("{} light, {}", percent(scene.light(darkest).0), turn(darkest)),
-        },
-    ];
-    strip_frames.sort_by_key(|strip_frame| strip_frame.frame);
-    strip_frames.dedup_by_key(|strip_frame| strip_frame.frame);
-    strip_frames
+    // Of two captions for one frame, the later one counts.
+    BTreeMap::from([
+        (darkest, format!("{} light, {}", percent(scene.light(darkest).0), turn(darkest))),
+        (hidden, format!("{} hidden", percent(scene.truth(hidden).hidden))),
+        (turned, format!("{} size, {}", percent(scene.truth(turned).scale), turn(turned))),
+        (0, "the given box".to_string()),
+    ])
 }
 
 /// The frames in which some of the target is visible, with their overlap.
@@ -401,10 +369,10 @@ fn print_summary(
         mean(&seen),
         seen.len(),
     );
-    for LostSpan { frame, returned, .. } in losses {
+    for LostSpan { lost_frame, return_frame, .. } in losses {
         let returned =
-            returned.map_or("not found again".to_string(), |k| format!("found in frame {k}"));
-        text += &format!("Lost in frame {frame}, {returned}.\n");
+            return_frame.map_or("not found again".to_string(), |k| format!("found in frame {k}"));
+        text += &format!("Lost in frame {lost_frame}, {returned}.\n");
     }
     text += &format!("\nIn {}:\n", out.display());
     FILES.iter().for_each(|(name, what)| text += &format!("  {name:<12} {what}\n"));

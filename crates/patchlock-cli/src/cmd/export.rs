@@ -10,11 +10,13 @@ use patchlock_studio::project::Store;
 use patchlock_track::export::{
     self, ExportSummary, Format, ImageUse, KeyFrames, Options, Purpose, Selection, Track,
 };
+use patchlock_track::names::counted;
 
 use super::LimitArgs;
 use crate::failure::{Failure, failed, interrupted, say, usage};
 use crate::interrupt;
 use crate::output::inputs::Inputs;
+use crate::output::printed::wrapped;
 
 const EXAMPLES: &str = "\
 EXAMPLES:
@@ -74,16 +76,8 @@ fn after_help() -> String {
 /// An entry of the list of formats, in lines of at most 80 columns.
 fn entry(name: &str, text: &str) -> String {
     const INDENT: usize = 16;
-    let mut lines = vec![format!("  {name:<width$}", width = INDENT - 2)];
-    for word in text.split(' ') {
-        let last = lines.last_mut().filter(|line| line.len() + word.len() < 80);
-        match last {
-            Some(line) if line.len() == INDENT => *line += word,
-            Some(line) => *line += &format!(" {word}"),
-            None => lines.push(" ".repeat(INDENT) + word),
-        }
-    }
-    lines.join("\n") + "\n"
+    let text = wrapped(text, 80 - INDENT, &" ".repeat(INDENT));
+    format!("  {name:<width$}{text}\n", width = INDENT - 2)
 }
 
 /// The names of the formats that are so.
@@ -195,7 +189,6 @@ fn formats() -> PossibleValuesParser {
     PossibleValuesParser::new(names.chain([of_project::Format::Csv.name()]))
 }
 
-/// Reads, converts, writes.
 pub fn run(args: &ExportArgs) -> Result<()> {
     if args.all {
         return export_all(args);
@@ -210,7 +203,6 @@ pub fn run(args: &ExportArgs) -> Result<()> {
     export_track(args, &track, Vec::new())
 }
 
-/// Writes a project.
 fn export_project(args: &ExportArgs) -> Result<()> {
     if args.label.is_some() {
         let message = format!("--label is not for the project {}", args.track.display());
@@ -250,7 +242,6 @@ fn say_if_other(store: &Store, images: &Path) {
     }
 }
 
-/// Writes all projects of a folder.
 fn export_all(args: &ExportArgs) -> Result<()> {
     if !args.track.is_dir() {
         return Err(usage(format!("{} is not a folder", args.track.display()))
@@ -289,11 +280,7 @@ fn export_all(args: &ExportArgs) -> Result<()> {
     let stopped = &interrupt::requested;
     let written =
         of_project::write_all(&clips, &labels, &options, val.as_ref(), &args.out, stopped);
-    match written {
-        Ok(written) => say_all(args, &written),
-        Err(_) if stopped() => return Err(interrupted("stopped; nothing was written").into()),
-        Err(error) => return Err(Failure::from(error).into()),
-    }
+    say_all(args, &written.map_err(stopped_or)?);
     Ok(())
 }
 
@@ -333,25 +320,28 @@ fn export_track(args: &ExportArgs, track: &Track, labels: Vec<String>) -> Result
     };
     interrupt::listen()?;
     let stopped = &interrupt::requested;
-    match export::write_unless(track, &options, &args.out, args.overwrite, stopped) {
-        Ok(written) => conclude(args, &written),
-        Err(_) if stopped() => return Err(interrupted("stopped; nothing was written").into()),
-        Err(error) => return Err(Failure::from(error).into()),
-    }
+    let written = export::write_unless(track, &options, &args.out, args.overwrite, stopped);
+    conclude(args, &written.map_err(stopped_or)?);
     Ok(())
 }
 
-/// Says what was written.
+/// Why nothing was written: Ctrl-C, or else this error.
+fn stopped_or(error: impl Into<Failure>) -> Failure {
+    match interrupt::requested() {
+        true => interrupted("stopped; nothing was written"),
+        false => error.into(),
+    }
+}
+
 fn conclude(args: &ExportArgs, written: &ExportSummary) {
     let ExportSummary { files, targets, boxes, .. } = written;
-    let plural = |count: usize| if count == 1 { "" } else { "s" };
     say(&format!(
-        "{}: {} box{} of {targets} target{} in {files} file{}",
+        "{}: {} box{} of {} in {}",
         args.out.display(),
         boxes.boxes,
         if boxes.boxes == 1 { "" } else { "es" },
-        plural(*targets),
-        plural(*files)
+        counted(*targets, "target"),
+        counted(*files, "file")
     ));
     say_remarks(written);
 }

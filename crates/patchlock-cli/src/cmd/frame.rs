@@ -5,10 +5,11 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use clap::Args;
+use patchlock_bench::report::round_step;
 use patchlock_drawing::canvas::{Area, Canvas};
 use patchlock_drawing::text;
 use patchlock_media::live::Address;
-use patchlock_media::{Limits, Order, Picture};
+use patchlock_media::{Feed, Limits, Order, Picture, Prefetcher};
 
 use super::{LimitArgs, input};
 use crate::failure::{Failure, failed, interrupted, say, usage};
@@ -77,7 +78,6 @@ pub struct FrameArgs {
     overwrite: bool,
 }
 
-/// Reads the frame, draws the grid, writes the file.
 pub fn run(args: &FrameArgs) -> Result<()> {
     let out = args.out.clone().unwrap_or_else(|| format!("frame_{:06}.png", args.at).into());
     if !out.extension().is_some_and(|end| end.eq_ignore_ascii_case("png")) {
@@ -118,7 +118,7 @@ fn read(source: &OsStr, at: usize, limits: Limits) -> Result<Picture, Failure> {
     }
     let order = Order { start: at, end: at.checked_add(1), stride: 1, reverse: false };
     let indices = order.indices(source.length())?;
-    match input::next(&mut input::prefetch(source, indices), say)? {
+    match input::next(&mut Feed::File(Prefetcher::start(source, indices)), say)? {
         Some((_, picture)) => Ok(picture),
         None => {
             Err(usage(format!("--at {at} is beyond the end of the source"))
@@ -194,7 +194,8 @@ impl Viewport {
 fn draw_grid(canvas: &mut Canvas, part: &Viewport) {
     let (width, height) = (canvas.width(), canvas.height());
     let longer = width.max(height);
-    let step = step(part.side / if part.scale > 1.0 { FINE_LINES } else { LINES });
+    let lines = if part.scale > 1.0 { FINE_LINES } else { LINES };
+    let step = round_step(f64::from(part.side / lines)) as f32;
     let thick = (longer / 1500.0).max(1.0).round();
     let size = (longer / 70.0).clamp(9.0, 60.0);
     for (k, begin) in [part.x, part.y].into_iter().enumerate() {
@@ -231,29 +232,9 @@ fn number(canvas: &mut Canvas, label: &str, [x, y]: [f32; 2], size: f32) {
     canvas.text(label, x + 0.25 * size, y + 0.6 * size, size, [255, 255, 255]);
 }
 
-/// The smallest of 1, 2, 5, 10, 20, 50 and so on that is at least this.
-fn step(least: f32) -> f32 {
-    let mut power = 1.0;
-    loop {
-        if let Some(step) = [1.0, 2.0, 5.0].map(|k| k * power).into_iter().find(|s| *s >= least) {
-            return step;
-        }
-        power *= 10.0;
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn steps_are_round_numbers() {
-        let steps =
-            [(0.2, 1.0), (1.0, 1.0), (1.1, 2.0), (15.0, 20.0), (40.0, 50.0), (120.0, 200.0)];
-        for (least, expected) in steps {
-            assert_eq!(step(least), expected, "{least}");
-        }
-    }
 
     #[test]
     fn the_part_around_a_pixel_stays_in_the_frame() {

@@ -4,7 +4,7 @@ use std::ffi::OsStr;
 
 use clap::Args;
 use patchlock_media::live::{Address, LiveSource, Options};
-use patchlock_media::{Feed, Limits, Order, Picture, Prefetcher};
+use patchlock_media::{Feed, Limits, Order, Picture};
 
 use crate::failure::{Failure, usage};
 use crate::interrupt;
@@ -56,14 +56,6 @@ impl LiveArgs {
 pub fn open_once(address: Address, at: usize, limits: Limits) -> Feed {
     let (start, end, reconnect) = (at, None, std::time::Duration::ZERO);
     Feed::Live(LiveSource::open(address, Options { limits, start, end, reconnect }))
-}
-
-/// The frames of a source that has an end.
-pub fn prefetch(
-    source: Box<dyn patchlock_media::FrameSource>,
-    indices: Box<dyn Iterator<Item = usize> + Send>,
-) -> Feed {
-    Feed::File(Prefetcher::start(source, indices))
 }
 
 /// The next frame with its number; `None` at the end or after Ctrl-C.

@@ -31,27 +31,22 @@ use patchlock_track::session::MOST_THREADS;
 const SEEDS: RangeInclusive<u64> = 0..=(1 << 53) - 1;
 /// [`SEEDS`] as the value name, so that the help and error messages show the range.
 const SEEDS_SHOWN: &str = "0..=9007199254740991";
-/// Valid numbers of threads.
 const THREADS: RangeInclusive<u64> = 1..=MOST_THREADS as u64;
 /// [`THREADS`] as the value name.
 const THREADS_SHOWN: &str = "1..=1024";
 
-/// The help of `--preset`.
 const PRESETS_SHOWN: &str = "\
 Settings to start from. robust: the most accurate; reports a loss and searches for the target. \
 paper: the tracker of the paper, for comparison. network: the network of --model alone";
 
-/// Parses on or off.
 fn on_or_off() -> impl TypedValueParser<Value = bool> {
     PossibleValuesParser::new(["on", "off"]).map(|word| word == "on")
 }
 
-/// Parses a seed.
 fn seed() -> RangedU64ValueParser {
     RangedU64ValueParser::new().range(SEEDS)
 }
 
-/// Parses a number of threads.
 fn threads() -> RangedU64ValueParser<usize> {
     RangedU64ValueParser::new().range(THREADS)
 }
@@ -103,7 +98,6 @@ EXIT CODES:
 A second Ctrl-C stops immediately: track then keeps its tables, and no file is
 left partly written.";
 
-/// The version and the build.
 static VERSION: LazyLock<String> =
     LazyLock::new(|| format!("{} (build {})", env!("CARGO_PKG_VERSION"), patchlock::BUILD));
 

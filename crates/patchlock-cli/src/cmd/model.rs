@@ -12,7 +12,7 @@ use patchlock_track::models;
 use patchlock_track::settings::SettingsError;
 
 use crate::failure::Failure;
-use crate::output::printed::{print, quoted};
+use crate::output::printed::{print, quoted, wrapped};
 
 const EXAMPLES: &str = "\
 EXAMPLES:
@@ -35,7 +35,6 @@ static HELP: LazyLock<String> = LazyLock::new(|| EXAMPLES.to_owned() + &publishe
 
 /// The column in which the descriptions begin.
 const INDENT: usize = 13;
-/// Width of the text.
 const WIDTH: usize = 90;
 
 /// Says what the ONNX files of a tracking network are, whose they are, and whether they can be used
@@ -52,7 +51,6 @@ pub struct ModelArgs {
     path: PathBuf,
 }
 
-/// Describes the files and prints the result.
 pub fn run(args: &ModelArgs) -> Result<()> {
     let mut text = String::new();
     let described = describe(&args.path, &mut text);
@@ -123,20 +121,8 @@ fn of_network(path: &Path, network: &Network) -> String {
 
 /// A name and its value, which goes on in further lines where it is long.
 fn row(name: &str, value: &str) -> String {
-    let mut text = format!("  {name:<width$}", width = INDENT - 2);
-    let mut column = INDENT;
-    for (k, word) in value.split_whitespace().enumerate() {
-        if k > 0 && column + 1 + word.chars().count() > WIDTH {
-            let _ = write!(text, "\n{:INDENT$}", "");
-            column = INDENT;
-        } else if k > 0 {
-            text.push(' ');
-            column += 1;
-        }
-        text += word;
-        column += word.chars().count();
-    }
-    text + "\n"
+    let value = wrapped(value, WIDTH - INDENT, &" ".repeat(INDENT));
+    format!("  {name:<width$}{value}\n", width = INDENT - 2)
 }
 
 /// The known networks, with their files and where these are published.

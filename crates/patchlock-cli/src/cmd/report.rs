@@ -109,7 +109,6 @@ pub struct ReportArgs {
     overwrite: bool,
 }
 
-/// Reads the results, compares the trackers, draws the figures and writes the page.
 pub fn run(args: &ReportArgs) -> Result<()> {
     if !files::ends_with(&args.out, "html") {
         let message = format!("--out {}: unknown extension; use .html", args.out.display());

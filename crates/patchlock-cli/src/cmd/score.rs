@@ -82,7 +82,6 @@ pub enum Grouping {
     Target,
 }
 
-/// Scores the results and prints tables or JSON.
 pub fn run(args: &ScoreArgs) -> Result<()> {
     let truth = Dataset::open(&args.truth).map_err(Failure::from)?;
     let results = results::read_all(&args.results, &truth).map_err(Failure::from)?;
@@ -97,19 +96,9 @@ pub fn run(args: &ScoreArgs) -> Result<()> {
     conclude(&board)
 }
 
-/// Prints notes on standard error, to keep them out of the tables. A note on several trackers is
-/// printed once.
+/// Prints notes on standard error, to keep them out of the tables.
 fn print_notes(board: &Scoreboard, targets: usize) {
-    let mut notes: Vec<(&str, Vec<&str>)> = Vec::new();
-    for tracker in &board.trackers {
-        for note in &tracker.notes {
-            match notes.iter_mut().find(|(text, _)| text == note) {
-                Some((_, trackers)) => trackers.push(&tracker.name),
-                None => notes.push((note, vec![&tracker.name])),
-            }
-        }
-    }
-    for (note, trackers) in notes {
+    for (note, trackers) in board.notes() {
         say(&format!("note: {}: {note}", names::some_of(&trackers)));
     }
     let differ = board.trackers.iter().any(|tracker| {
@@ -152,7 +141,6 @@ fn conclude(board: &Scoreboard) -> Result<()> {
         .into())
 }
 
-/// The tables as text.
 fn tables(board: &Scoreboard, by: Option<Grouping>) -> String {
     let mut text = String::new();
     if !board.trackers.is_empty() {
@@ -174,7 +162,6 @@ fn tables(board: &Scoreboard, by: Option<Grouping>) -> String {
     text
 }
 
-/// Selects one measure of a summary.
 type Number = fn(&Summary) -> Measure;
 
 /// The two measures in the tables of parts.
@@ -299,10 +286,7 @@ fn part(tracker: &TrackerScore, targets: &[String]) -> Option<Summary> {
 fn json_of(board: &Scoreboard, by: Option<Grouping>) -> Value {
     let trackers: Vec<Value> =
         board.trackers.iter().map(|tracker| tracker_json(board, tracker, by)).collect();
-    let refused = board.refused.iter();
-    let refused: Vec<Value> =
-        refused.map(|refused| json!({"name": refused.name, "reasons": refused.reasons})).collect();
-    json!({"trackers": trackers, "refused": refused, "without_truth": board.without_truth})
+    json!({"trackers": trackers, "refused": board.refused, "without_truth": board.without_truth})
 }
 
 fn tracker_json(board: &Scoreboard, tracker: &TrackerScore, by: Option<Grouping>) -> Value {
@@ -368,10 +352,8 @@ fn status_json(s: &StatusSummary) -> Value {
 
 fn calibration_json(s: &CalibrationSummary) -> Value {
     let mut value = measures_json(&[("ece", s.ece), ("auroc", s.auroc)]);
-    let bins = s.pooled.bins();
-    let bins = bins.map(|b| json!({"frames": b.frames, "score": b.score, "share": b.share}));
-    value["pooled"] =
-        json!({"ece": s.pooled.ece(), "auroc": s.pooled.auroc(), "bins": bins.to_vec()});
+    let pooled = &s.pooled;
+    value["pooled"] = json!({"ece": pooled.ece(), "auroc": pooled.auroc(), "bins": pooled.bins()});
     value
 }
 

@@ -55,7 +55,6 @@ pub struct ModelArgs {
 }
 
 impl ModelArgs {
-    /// The files.
     pub fn paths(&self) -> ModelPaths {
         ModelPaths { model: self.model.clone(), runtime: self.runtime.clone() }
     }

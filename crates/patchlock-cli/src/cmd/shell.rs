@@ -44,14 +44,12 @@ pub struct ManArgs {
     out: Option<PathBuf>,
 }
 
-/// Prints the completions.
 pub fn completions(args: &CompletionsArgs, mut command: Command) -> Result<()> {
     let mut text = Vec::new();
     clap_complete::generate(args.shell, &mut command, "patchlock", &mut text);
     Ok(print_as_it_is(&String::from_utf8(text)?)?)
 }
 
-/// Prints or writes manual pages.
 pub fn man(args: &ManArgs, command: Command) -> Result<()> {
     match &args.out {
         Some(folder) => pages(folder, command),

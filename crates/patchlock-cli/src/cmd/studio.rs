@@ -152,16 +152,14 @@ pub fn run(args: &StudioArgs, helper: Option<Helper>) -> Result<()> {
     }
     let address = server.address();
     print(&format!("{address}\n"))?;
-    browser::tunnel(server.port()).iter().for_each(|note| say(note));
+    browser::say_tunnel(server.port());
     if let (false, Some((_, secret))) = (options.hosts.allowed.is_empty(), address.split_once('#'))
     {
         say(&format!("note: at another host, too, the address of the page ends with #{secret}"));
     }
     say("Ctrl-C ends the program.");
-    if !args.no_open
-        && let Err(reason) = open_browser(&server)
-    {
-        say(&format!("note: no browser was opened ({reason}): open the address yourself"));
+    if !args.no_open {
+        browser::show(server.address_once());
     }
     for file in server.run(interrupt::requested).map_err(failure)? {
         say(&format!(
@@ -213,10 +211,4 @@ fn failure(error: server::Error) -> Failure {
         ),
         server::Error::Start(_) => failed(error.to_string()),
     }
-}
-
-/// Asks the desktop to open the page.
-fn open_browser(server: &Server) -> anyhow::Result<()> {
-    // The list of processes shows arguments to all users of the machine, so they hold no token.
-    Ok(browser::open(&server.address_once()?)?)
 }

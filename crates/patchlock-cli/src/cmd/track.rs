@@ -11,7 +11,7 @@ use clap::builder::RangedU64ValueParser;
 use clap::{ArgGroup, Args};
 use patchlock::Method;
 use patchlock_media::live::Address;
-use patchlock_media::{Feed, FrameRate, Limits, Order, Picture};
+use patchlock_media::{Feed, FrameRate, Limits, Order, Picture, Prefetcher};
 use patchlock_studio::project::Store;
 use patchlock_studio::server::window::Window;
 
@@ -431,7 +431,7 @@ impl InputSource {
         let (length, rate, sound) = (source.length(), source.rate(), source.has_sound());
         let mut indices = order.indices(length)?.peekable();
         let first = indices.peek().copied().unwrap_or(order.start);
-        let feed = input::prefetch(source, Box::new(indices));
+        let feed = Feed::File(Prefetcher::start(source, indices));
         Ok(Self { feed, length, rate, sound, first, is_live: false, live_since: None })
     }
 }
@@ -484,7 +484,6 @@ impl RunStart {
     }
 }
 
-/// Tracks the targets and writes the outputs.
 pub fn run(args: &TrackArgs) -> Result<()> {
     let order = args.order();
     order.check().map_err(Failure::from)?;
@@ -521,10 +520,8 @@ pub fn run(args: &TrackArgs) -> Result<()> {
     if let Some(page) = page.as_ref().filter(|_| args.preview) {
         sinks.push(Box::new(Preview::new(Arc::clone(page), live_since, is_live)));
     }
-    let names = targets.names.clone();
-    let run = Run::new(config, args.threads, targets.many, sinks)?;
     let redrawn_on = page.clone().filter(|_| args.preview && is_live);
-    let mut run = run.with_names(names.clone()).redrawn_on(redrawn_on);
+    let mut run = Run::new(config, args.threads, &targets, sinks)?.redrawn_on(redrawn_on);
     let rest = std::iter::from_fn(|| {
         let next = input::next(&mut feed, |line| progress.note(line));
         progress.set_dropped(feed.dropped().unwrap_or(0));
@@ -534,8 +531,7 @@ pub fn run(args: &TrackArgs) -> Result<()> {
     let tracked = run.track_all(&mut targets, frames, &progress, |_| Ok(()));
     // Frames of a live source are not as far apart as its rate says.
     let even = rate.filter(|_| !is_live);
-    let numbers =
-        Summary::new(run.measurements(), even, settings, run.threads()).with_names(&names);
+    let numbers = Summary::new(run.measurements(), even, settings, run.threads());
     let count = numbers.frames;
     let mut completed = CompletedOutputs::default();
     if count > 0 {

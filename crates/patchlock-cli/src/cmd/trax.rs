@@ -68,7 +68,6 @@ fn parse_protocol(text: &str) -> Result<Protocol, String> {
     }
 }
 
-/// Serves the client until it quits.
 pub fn run(args: &TraxArgs) -> Result<()> {
     let config = args.settings.resolve(args.seed)?;
     let pool = session::pool(args.threads).map_err(Failure::from)?;

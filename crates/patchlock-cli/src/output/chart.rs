@@ -1,10 +1,10 @@
 //! A chart of overlap over time, as SVG and as PNG.
 
-use std::fmt::Write;
+use std::fmt::Display;
 use std::ops::Range;
 
 use anyhow::Result;
-use patchlock_bench::report::{FAMILY, png};
+use patchlock_bench::report::{FAMILY, png, round_step};
 
 use crate::failure::Failure;
 
@@ -16,6 +16,11 @@ const TOP: f64 = 86.0;
 const BOTTOM: f64 = 52.0;
 /// Labels are above the plot, since the curves may be anywhere inside it.
 const LABEL_GAP: f64 = 7.0;
+const INK: &str = "#1c2530";
+const SOFT: &str = "#5b6675";
+/// Where a text has its place, if that is not its beginning.
+const MIDDLE: &str = " text-anchor=\"middle\"";
+const END: &str = " text-anchor=\"end\"";
 
 /// The data of the chart, one value per frame.
 pub struct Chart<'a> {
@@ -30,21 +35,21 @@ pub struct Chart<'a> {
 }
 
 impl Chart<'_> {
-    /// The chart as SVG text.
     pub fn svg(&self) -> String {
-        let mut svg = format!(
+        let parts = [
+            self.shades(),
+            self.shade_labels(),
+            self.axes(),
+            self.line(self.score, "#e07b27", "1.6", " stroke-dasharray=\"5 4\""),
+            self.line(self.overlap, "#0f8f7c", "2.6", ""),
+            self.words(),
+        ];
+        format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" width=\"{WIDTH}\" \
-             height=\"{HEIGHT}\" font-family=\"{}, Menlo, Consolas, monospace\">\n",
-            FAMILY
-        );
-        svg += &format!("<rect width=\"{WIDTH}\" height=\"{HEIGHT}\" fill=\"#ffffff\"/>\n");
-        self.shade_hidden(&mut svg);
-        self.axes(&mut svg);
-        svg += &self.line(self.score, "#e07b27", "1.6", " stroke-dasharray=\"5 4\"");
-        svg += &self.line(self.overlap, "#0f8f7c", "2.6", "");
-        self.words(&mut svg);
-        svg += "</svg>\n";
-        svg
+             height=\"{HEIGHT}\" font-family=\"{FAMILY}, Menlo, Consolas, monospace\">\n\
+             <rect width=\"{WIDTH}\" height=\"{HEIGHT}\" fill=\"#ffffff\"/>\n{}</svg>\n",
+            parts.concat()
+        )
     }
 
     /// The chart as PNG bytes, drawn with the embedded font.
@@ -58,78 +63,50 @@ impl Chart<'_> {
     }
 
     /// Shades the frames in which part of the target is hidden; darker means more hidden.
-    fn shade_hidden(&self, svg: &mut String) {
-        for (frame, hidden) in self.hidden.iter().enumerate().filter(|(_, hidden)| **hidden > 0.01)
-        {
-            let (from, to) = (
-                self.x(frame as f64 - 0.5).max(LEFT),
-                self.x(frame as f64 + 0.5).min(WIDTH - RIGHT),
-            );
-            put(
-                svg,
-                format_args!(
-                    "<rect x=\"{from:.2}\" y=\"{TOP}\" width=\"{:.2}\" height=\"{}\" fill=\"#8494a8\" \
-                     fill-opacity=\"{:.2}\" shape-rendering=\"crispEdges\"/>\n",
-                    to - from,
-                    HEIGHT - TOP - BOTTOM,
-                    0.10 + 0.42 * hidden.min(1.0)
-                ),
-            );
-        }
-        for span in spans(self.hidden) {
-            let most = self.hidden[span.clone()].iter().copied().fold(0.0, f64::max);
-            let middle = self
-                .x((span.start + span.end - 1) as f64 / 2.0)
-                .clamp(LEFT + 75.0, WIDTH - RIGHT - 75.0);
-            put(
-                svg,
-                format_args!(
-                    "<text x=\"{middle:.1}\" y=\"{:.1}\" font-size=\"12\" fill=\"#45536a\" \
-                     text-anchor=\"middle\">up to {:.0} % hidden</text>\n",
-                    TOP - LABEL_GAP,
-                    100.0 * most
-                ),
-            );
-        }
+    fn shades(&self) -> String {
+        let hidden = self.hidden.iter().enumerate().filter(|(_, hidden)| **hidden > 0.01);
+        let shade = |(frame, hidden): (usize, &f64)| {
+            let from = self.x(frame as f64 - 0.5).max(LEFT);
+            let width = self.x(frame as f64 + 0.5).min(WIDTH - RIGHT) - from;
+            let (height, opacity) = (HEIGHT - TOP - BOTTOM, 0.10 + 0.42 * hidden.min(1.0));
+            format!(
+                "<rect x=\"{from:.2}\" y=\"{TOP}\" width=\"{width:.2}\" height=\"{height}\" fill=\"#8494a8\" \
+                 fill-opacity=\"{opacity:.2}\" shape-rendering=\"crispEdges\"/>\n"
+            )
+        };
+        hidden.map(shade).collect()
     }
 
-    fn axes(&self, svg: &mut String) {
+    /// How much of the target is hidden, above each stretch of such frames.
+    fn shade_labels(&self) -> String {
+        let label = |span: Range<usize>| {
+            let most = self.hidden[span.clone()].iter().copied().fold(0.0, f64::max);
+            let middle = self.x((span.start + span.end - 1) as f64 / 2.0);
+            let middle = middle.clamp(LEFT + 75.0, WIDTH - RIGHT - 75.0);
+            let place = [format!("{middle:.1}"), format!("{:.1}", TOP - LABEL_GAP)];
+            let words = format!("up to {:.0} % hidden", 100.0 * most);
+            text(place, 12, "#45536a", MIDDLE, &words)
+        };
+        spans(self.hidden).into_iter().map(label).collect()
+    }
+
+    fn axes(&self) -> String {
+        let (mut svg, right) = (String::new(), WIDTH - RIGHT);
         for tick in 0..=4 {
             let value = f64::from(tick) / 4.0;
             let y = y(value);
-            put(
-                svg,
-                format_args!(
-                    "<line x1=\"{LEFT}\" x2=\"{}\" y1=\"{y}\" y2=\"{y}\" stroke=\"#d9dfe6\"/>\n\
-                     <text x=\"{}\" y=\"{}\" font-size=\"13\" fill=\"#5b6675\" \
-                     text-anchor=\"end\">{value:.2}</text>\n",
-                    WIDTH - RIGHT,
-                    LEFT - 10.0,
-                    y + 4.5
-                ),
+            svg += &format!(
+                "<line x1=\"{LEFT}\" x2=\"{right}\" y1=\"{y}\" y2=\"{y}\" stroke=\"#d9dfe6\"/>\n"
             );
+            svg += &text([LEFT - 10.0, y + 4.5], 13, SOFT, END, &format!("{value:.2}"));
         }
         let step = round_step(self.overlap.len() as f64 / 8.0);
         for frame in (0..self.overlap.len()).step_by(step) {
-            let x = self.x(frame as f64);
-            put(
-                svg,
-                format_args!(
-                    "<text x=\"{x:.1}\" y=\"{}\" font-size=\"13\" fill=\"#5b6675\" \
-                     text-anchor=\"middle\">{frame}</text>\n",
-                    HEIGHT - BOTTOM + 20.0
-                ),
-            );
+            let place =
+                [format!("{:.1}", self.x(frame as f64)), (HEIGHT - BOTTOM + 20.0).to_string()];
+            svg += &text(place, 13, SOFT, MIDDLE, &frame.to_string());
         }
-        put(
-            svg,
-            format_args!(
-                "<text x=\"{}\" y=\"{}\" font-size=\"13\" fill=\"#5b6675\" \
-                 text-anchor=\"end\">frame</text>\n",
-                WIDTH - RIGHT,
-                HEIGHT - 10.0
-            ),
-        );
+        svg + &text([right, HEIGHT - 10.0], 13, SOFT, END, "frame")
     }
 
     fn line(&self, values: &[f64], colour: &str, width: &str, more: &str) -> String {
@@ -145,47 +122,34 @@ impl Chart<'_> {
         )
     }
 
-    fn words(&self, svg: &mut String) {
-        put(
-            svg,
-            format_args!(
-                "<text x=\"{LEFT}\" y=\"32\" font-size=\"19\" fill=\"#1c2530\">\
-                 Overlap with the truth, frame by frame</text>\n\
-                 <text x=\"{LEFT}\" y=\"56\" font-size=\"13\" fill=\"#5b6675\">{}</text>\n",
-                self.subtitle
-            ),
-        );
+    /// Title, subtitle and legend.
+    fn words(&self) -> String {
         let x = WIDTH - RIGHT - 130.0;
-        put(
-            svg,
-            format_args!(
-                "<line x1=\"{x}\" x2=\"{}\" y1=\"28\" y2=\"28\" stroke=\"#0f8f7c\" stroke-width=\"2.6\"/>\n\
-                 <text x=\"{}\" y=\"32.5\" font-size=\"13\" fill=\"#1c2530\">overlap</text>\n\
-                 <line x1=\"{x}\" x2=\"{}\" y1=\"51\" y2=\"51\" stroke=\"#e07b27\" stroke-width=\"1.6\" \
-                 stroke-dasharray=\"5 4\"/>\n\
-                 <text x=\"{}\" y=\"55.5\" font-size=\"13\" fill=\"#1c2530\">score</text>\n",
-                x + 34.0,
-                x + 44.0,
-                x + 34.0,
-                x + 44.0
+        let end = x + 34.0;
+        let title = "Overlap with the truth, frame by frame";
+        [
+            text([LEFT, 32.0], 19, INK, "", title),
+            text([LEFT, 56.0], 13, SOFT, "", &self.subtitle),
+            format!("<line x1=\"{x}\" x2=\"{end}\" y1=\"28\" y2=\"28\" stroke=\"#0f8f7c\" stroke-width=\"2.6\"/>\n"),
+            text([x + 44.0, 32.5], 13, INK, "", "overlap"),
+            format!(
+                "<line x1=\"{x}\" x2=\"{end}\" y1=\"51\" y2=\"51\" stroke=\"#e07b27\" stroke-width=\"1.6\" \
+                 stroke-dasharray=\"5 4\"/>\n"
             ),
-        );
+            text([x + 44.0, 55.5], 13, INK, "", "score"),
+        ]
+        .concat()
     }
 }
 
-/// Writing to a string can't fail.
-fn put(svg: &mut String, text: std::fmt::Arguments<'_>) {
-    let _ = svg.write_fmt(text);
+fn text([x, y]: [impl Display; 2], size: u8, fill: &str, anchor: &str, text: &str) -> String {
+    format!(
+        "<text x=\"{x}\" y=\"{y}\" font-size=\"{size}\" fill=\"{fill}\"{anchor}>{text}</text>\n"
+    )
 }
 
 fn y(value: f64) -> f64 {
     TOP + (HEIGHT - TOP - BOTTOM) * (1.0 - value.clamp(0.0, 1.0))
-}
-
-/// The smallest of 1, 2, 5, 10, 20, 50, ... that is at least `least`.
-fn round_step(least: f64) -> usize {
-    let steps = (0..7).flat_map(|power| [1, 2, 5].map(|digit| digit * 10_usize.pow(power)));
-    steps.into_iter().find(|&step| step as f64 >= least).unwrap_or(10_000_000)
 }
 
 /// The ranges of frames in which part of the target is hidden.
@@ -221,6 +185,5 @@ mod tests {
     #[test]
     fn spans_are_contiguous_ranges() {
         assert_eq!(spans(&[0.0, 0.2, 0.3, 0.0, 0.1]), [1..3, 4..5]);
-        assert_eq!(round_step(13.0), 20);
     }
 }

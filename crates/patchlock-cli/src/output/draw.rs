@@ -8,7 +8,7 @@ use patchlock_drawing::canvas::{Canvas, Line};
 use patchlock_drawing::{LOST, lost_box, scale, tag, upright};
 
 use super::panels::Panels;
-use super::{TargetResult, TrackedFrame, many};
+use super::{TargetResult, many};
 
 /// Visible patches and high scores. Teal and orange can be told apart with any colour vision.
 pub const VISIBLE: [u8; 3] = [46, 211, 183];
@@ -16,17 +16,6 @@ pub const VISIBLE: [u8; 3] = [46, 211, 183];
 pub const HIDDEN: [u8; 3] = [255, 127, 40];
 /// The upright box.
 pub const BOX: [u8; 3] = [255, 255, 255];
-
-/// Draws the track on a frame; returns RGB bytes of the same size.
-pub fn annotate(tracked: &TrackedFrame<'_>) -> Vec<u8> {
-    let rgb = tracked.picture.to_rgb();
-    let Some(mut canvas) = Canvas::from_rgb(tracked.picture.width, tracked.picture.height, &rgb)
-    else {
-        return rgb.into_owned();
-    };
-    annotate_on(&mut canvas, tracked.frame, tracked.targets, Some(&mut Panels::default()));
-    canvas.to_rgb()
-}
 
 /// Draws targets on a canvas, and the panels, if they are wanted.
 pub fn annotate_on(
@@ -97,6 +86,7 @@ mod tests {
     use patchlock_drawing::PANEL;
 
     use super::super::example;
+    use super::super::view::{Style, View};
     use super::*;
 
     /// The frame with targets of this status, with ids if `many`.
@@ -106,7 +96,8 @@ mod tests {
         (target.bbox, target.id) = (bbox, many.then_some(1));
         // The outline is far inside the upright box.
         target.estimate.corners = [[400.0, 400.0], [800.0, 400.0], [800.0, 600.0], [400.0, 600.0]];
-        annotate(&example::tracked(3, &[target]))
+        let drawn = View::new(Style::default()).draw(&example::tracked(3, &[target]));
+        drawn.expect("draws").to_rgb()
     }
 
     /// The share of the pixels with this colour between two columns of a row.

@@ -22,7 +22,6 @@ const COARSENESS: [u32; 3] = [0, 3, 4];
 const DELAY: u16 = 10;
 /// How carefully the 256 colours of a frame are chosen: 1 is the best and slowest, 30 the fastest.
 const COLOUR_SPEED: i32 = 10;
-/// Bytes in an MB.
 const MEGABYTE: usize = 1_000_000;
 /// Bytes of a frame beside its pixels: header and colours.
 const HEADER: usize = 800;

@@ -18,12 +18,10 @@ const COLOURS: [[u8; 3]; 7] = [
     [230, 234, 240],
 ];
 
-/// The colour of a target.
 fn colour(id: u64) -> [u8; 3] {
     COLOURS[(id.wrapping_sub(1) % COLOURS.len() as u64) as usize]
 }
 
-/// Draws all targets.
 pub fn outlines_and_names(canvas: &mut Canvas, targets: &[TargetResult]) {
     for target in targets {
         outlines(canvas, target);

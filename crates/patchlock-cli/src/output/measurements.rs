@@ -1,11 +1,14 @@
 //! What a run measures: the time of each frame, the status of each target, and when targets were
 //! lost.
 
+use std::sync::Arc;
+
 use patchlock::Status;
+use serde::Serialize;
 
 use super::TargetResult;
+use super::summary::round;
 
-/// The measurements of a run so far.
 #[derive(Debug, Default)]
 pub struct Measurements {
     times_ms: Vec<f64>,
@@ -16,27 +19,31 @@ pub struct Measurements {
     losses: Vec<LostSpan>,
 }
 
-/// What is known of one target.
 #[derive(Debug)]
 struct History {
     /// The target's id; `None` if the run has a single target.
     id: Option<u64>,
+    name: Option<Arc<str>>,
     /// If it is lost, its entry in `losses`.
     loss: Option<usize>,
     /// The score of each frame in which it was not lost.
     scores: Vec<(usize, f32)>,
 }
 
-/// A stretch of frames in which a target was not lost, but its score was low.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// A stretch of frames in which the score of a target stayed low: below one half with the methods
+/// `robust` and `network`, whose score is a probability, and below half of the target's median
+/// score with `paper`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LowScoreSpan {
-    /// The target's id; `None` if the run has a single target.
+    /// The target's id; with a single target there is no such field.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub id: Option<u64>,
-    /// The first frame, in the order of tracking.
-    pub first: usize,
-    /// The last frame.
-    pub last: usize,
-    /// The lowest score.
+    /// Its name in `--boxes`, if it has one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    /// The first of the frames, in the order of tracking.
+    pub first_frame: usize,
+    pub last_frame: usize,
     pub lowest: f64,
 }
 
@@ -44,15 +51,23 @@ pub struct LowScoreSpan {
 const LOW_FRAMES: usize = 10;
 
 /// A stretch of frames in which a target was lost.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LostSpan {
-    /// The target's id; `None` if the run has a single target.
+    /// The target's id; with a single target there is no such field.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub id: Option<u64>,
+    /// Its name in `--boxes`, if it has one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
     /// The first frame in which it was lost.
-    pub frame: usize,
+    pub lost_frame: usize,
+    /// The time of that frame in seconds from the start of the source; `None` as long as the frame
+    /// rate is unknown.
+    pub lost_seconds: Option<f64>,
     /// The first frame in which it was not lost any more; `None` if the target or the run ended
     /// before.
-    pub returned: Option<usize>,
+    pub return_frame: Option<usize>,
+    pub return_seconds: Option<f64>,
 }
 
 impl Measurements {
@@ -66,21 +81,29 @@ impl Measurements {
             return;
         }
         self.times_ms.push(ms);
-        for &TargetResult { id, ref estimate, .. } in targets {
+        for &TargetResult { id, ref name, ref estimate, .. } in targets {
             self.statuses[estimate.status as usize] += 1;
             let k = self.targets.binary_search_by_key(&id, |known| known.id).unwrap_or_else(|k| {
-                self.targets.insert(k, History { id, loss: None, scores: Vec::new() });
+                let (name, scores) = (name.clone(), Vec::new());
+                self.targets.insert(k, History { id, name, loss: None, scores });
                 k
             });
             let known = &mut self.targets[k];
             if estimate.status != Status::Lost {
                 known.scores.push((frame, estimate.score as f32));
                 if let Some(k) = known.loss.take() {
-                    self.losses[k].returned = Some(frame);
+                    self.losses[k].return_frame = Some(frame);
                 }
             } else if known.loss.is_none() {
                 known.loss = Some(self.losses.len());
-                self.losses.push(LostSpan { id, frame, returned: None });
+                self.losses.push(LostSpan {
+                    id,
+                    name: name.as_deref().map(str::to_owned),
+                    lost_frame: frame,
+                    lost_seconds: None,
+                    return_frame: None,
+                    return_seconds: None,
+                });
             }
         }
     }
@@ -95,13 +118,11 @@ impl Measurements {
         self.times_ms.len()
     }
 
-    /// Frames per second.
     pub fn fps(&self) -> f64 {
         let total: f64 = self.times_ms.iter().sum();
         if total > 0.0 { 1e3 * self.frames() as f64 / total } else { 0.0 }
     }
 
-    /// Number of targets.
     pub fn targets(&self) -> usize {
         self.targets.len()
     }
@@ -115,7 +136,7 @@ impl Measurements {
     /// probability, and otherwise below half of the target's median score.
     pub fn low_scores(&self, is_probability: bool) -> Vec<LowScoreSpan> {
         let mut all = Vec::new();
-        for &History { id, ref scores, .. } in &self.targets {
+        for &History { id, ref name, ref scores, .. } in &self.targets {
             let mut sorted: Vec<f32> = scores.iter().map(|(_, score)| *score).collect();
             sorted.sort_unstable_by(f32::total_cmp);
             let Some(median) = sorted.get(sorted.len() / 2) else { continue };
@@ -124,9 +145,10 @@ impl Measurements {
             let low = runs.filter(|run| run[0].1 < limit && run.len() >= LOW_FRAMES);
             all.extend(low.map(|run| LowScoreSpan {
                 id,
-                first: run[0].0,
-                last: run[run.len() - 1].0,
-                lowest: f64::from(run.iter().map(|(_, score)| *score).fold(f32::MAX, f32::min)),
+                name: name.as_deref().map(str::to_owned),
+                first_frame: run[0].0,
+                last_frame: run[run.len() - 1].0,
+                lowest: round(run.iter().map(|(_, score)| *score).fold(f32::MAX, f32::min).into()),
             }));
         }
         all
@@ -143,6 +165,11 @@ mod tests {
     use super::super::example;
     use super::*;
 
+    fn loss(id: Option<u64>, lost_frame: usize, return_frame: Option<usize>) -> LostSpan {
+        let (name, lost_seconds, return_seconds) = (None, None, None);
+        LostSpan { id, name, lost_frame, lost_seconds, return_frame, return_seconds }
+    }
+
     #[test]
     fn statuses_are_counted_and_losses_have_their_frames() {
         use Status::{Lost, Tracked, Uncertain};
@@ -152,8 +179,7 @@ mod tests {
             measurements.add(10 + 2 * k, &[example::target(status)], 4.0);
         }
         assert_eq!([Tracked, Uncertain, Lost].map(|status| measurements.count(status)), [2, 2, 3]);
-        let loss = |frame, returned| LostSpan { id: None, frame, returned };
-        assert_eq!(measurements.losses(), [loss(14, Some(18)), loss(22, None)]);
+        assert_eq!(measurements.losses(), [loss(None, 14, Some(18)), loss(None, 22, None)]);
         assert_eq!(
             (measurements.frames(), measurements.targets(), measurements.fps()),
             (7, 1, 250.0)
@@ -170,8 +196,7 @@ mod tests {
         measurements.add(2, &[target(1, Status::Lost)], 1.0);
         measurements.add(3, &[], 1.0);
         measurements.add(4, &[target(1, Status::Tracked), target(2, Status::Tracked)], 1.0);
-        let loss = |id, frame, returned| LostSpan { id: Some(id), frame, returned };
-        let expected = [loss(1, 0, Some(1)), loss(2, 1, None), loss(1, 2, None)];
+        let expected = [loss(Some(1), 0, Some(1)), loss(Some(2), 1, None), loss(Some(1), 2, None)];
         assert_eq!(measurements.losses(), expected);
         assert_eq!(
             (measurements.frames(), measurements.targets(), measurements.count(Status::Lost)),
@@ -189,18 +214,15 @@ mod tests {
             measurements.add(frame, &[target], 4.0);
         }
         // Nine frames are too few.
-        let low = LowScoreSpan { id: target_id(), first: 30, last: 39, lowest: 0.25 };
-        assert_eq!(measurements.low_scores(true), [low]);
+        let (id, name) = (None, None);
+        let low = [LowScoreSpan { id, name, first_frame: 30, last_frame: 39, lowest: 0.25 }];
+        assert_eq!(measurements.low_scores(true), low);
         // Relative to the median of .75, a quarter is low, and more than three eighths is not.
-        assert_eq!(measurements.low_scores(false), [low]);
+        assert_eq!(measurements.low_scores(false), low);
         let mut even = Measurements::default();
         let mut target = example::target(Status::Tracked);
         target.estimate.score = 0.4;
         (0..60).for_each(|frame| even.add(frame, std::slice::from_ref(&target), 4.0));
         assert_eq!((even.low_scores(true).len(), even.low_scores(false).len()), (1, 0));
-    }
-
-    fn target_id() -> Option<u64> {
-        example::target(Status::Tracked).id
     }
 }

@@ -2,24 +2,24 @@
 //! at all.
 
 pub mod background_sink;
-pub mod chart;
+pub(crate) mod chart;
 pub mod draw;
 #[cfg(test)]
-pub mod example;
-pub mod gif;
-pub mod inputs;
+pub(crate) mod example;
+pub(crate) mod gif;
+pub(crate) mod inputs;
 mod many;
-pub mod measurements;
-pub mod panels;
+pub(crate) mod measurements;
+pub(crate) mod panels;
 pub mod partial_files;
 pub mod pending;
-pub mod plan;
-pub mod printed;
-pub mod row;
-pub mod strip;
-pub mod summary;
-pub mod tables;
-pub mod text_table;
+pub(crate) mod plan;
+pub(crate) mod printed;
+pub(crate) mod row;
+pub(crate) mod strip;
+pub(crate) mod summary;
+pub(crate) mod tables;
+pub(crate) mod text_table;
 pub mod video;
 pub mod view;
 

@@ -4,6 +4,7 @@
 use patchlock::{Estimate, Visibility, VisibilityMap};
 use patchlock_drawing::canvas::{Area, Canvas};
 use patchlock_drawing::{PANEL, PANEL_OPACITY, scale, text};
+use patchlock_track::names::counted;
 
 use super::TargetResult;
 use super::draw::{HIDDEN, VISIBLE, colour, score_label};
@@ -58,7 +59,7 @@ impl Panels {
         };
         let words = match estimate {
             Some(estimate) => [frame.to_string(), score_label(estimate)],
-            None => [frame.to_string(), counted(targets.len())],
+            None => [frame.to_string(), counted(targets.len(), "target")],
         };
         let [number, label] = words.each_ref().map(|word| text::width(word, size));
         let inner = number + 0.9 * size + label;
@@ -85,10 +86,6 @@ impl Panels {
             }
         }
     }
-}
-
-fn counted(targets: usize) -> String {
-    format!("{targets} target{}", if targets == 1 { "" } else { "s" })
 }
 
 fn text_size(canvas: &Canvas) -> f32 {

@@ -7,6 +7,7 @@ use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
+use patchlock_bench::bench::store::temporary_in;
 use patchlock_media::without_path;
 use tempfile::NamedTempFile;
 
@@ -141,21 +142,6 @@ impl PendingFile {
             other => other.into(),
         }
     }
-}
-
-/// Temporary files are private by default, but results should have the usual permissions of new
-/// files.
-fn temporary_in(folder: &Path) -> io::Result<NamedTempFile> {
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".patchlock-").suffix(".part");
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        builder.permissions(fs::Permissions::from_mode(0o666));
-        builder.tempfile_in(folder)
-    }
-    #[cfg(not(unix))]
-    builder.tempfile_in(folder)
 }
 
 /// The error for a failed write, with advice. `target` is a file, or `to standard output`.

@@ -31,23 +31,19 @@ pub struct Plan {
 /// The annotated videos.
 #[derive(Debug, Clone)]
 pub struct Pictures {
-    /// An MP4.
     pub video: Option<PathBuf>,
-    /// Its quantiser.
+    /// The quantiser of the video.
     pub quality: u8,
-    /// An animated GIF.
     pub gif: Option<PathBuf>,
-    /// Most MB of it.
+    /// Most MB of the GIF.
     pub gif_megabytes: usize,
     /// How frames are shown in both.
     pub style: Style,
 }
 
-/// The opened outputs.
 pub struct Outputs {
     /// The outputs that receive tracked frames.
     pub sinks: Vec<Box<dyn Sink>>,
-    /// The file for the summary.
     pub summary: Option<PendingFile>,
 }
 
@@ -102,34 +98,27 @@ impl Plan {
         !self.into_project && self.paths().next().is_none()
     }
 
-    /// Opens all files.
     pub fn open(
         &self,
         lost: LostPosition,
         rate: FrameRate,
         expected: Option<usize>,
     ) -> Result<Outputs> {
+        let create = |path: &PathBuf| PendingFile::create(path, self.overwrite);
         let mut sinks: Vec<Box<dyn Sink>> = Vec::new();
         for (format, path) in &self.tables {
-            let file = PendingFile::create(path, self.overwrite)?.keep_partial();
-            sinks.push(Box::new(Table::new(*format, lost, file)));
+            sinks.push(Box::new(Table::new(*format, lost, create(path)?.keep_partial())));
         }
         let Pictures { video, quality, gif, gif_megabytes, style } = &self.pictures;
         if let Some(path) = video {
-            let (file, view) = (PendingFile::create(path, self.overwrite)?, View::new(*style));
-            let video = Video::new(file, rate, view, *quality, expected);
+            let video = Video::new(create(path)?, rate, View::new(*style), *quality, expected);
             sinks.push(Box::new(BackgroundSink::new(Box::new(video))));
         }
         if let Some(path) = gif {
-            let (file, view) = (PendingFile::create(path, self.overwrite)?, View::new(*style));
-            let gif = Gif::new(file, rate, view, *gif_megabytes, expected);
+            let gif = Gif::new(create(path)?, rate, View::new(*style), *gif_megabytes, expected);
             sinks.push(Box::new(BackgroundSink::new(Box::new(gif))));
         }
-        let summary = self
-            .summary
-            .as_deref()
-            .map(|path| PendingFile::create(path, self.overwrite))
-            .transpose()?;
+        let summary = self.summary.as_ref().map(create).transpose()?;
         if self.prints() {
             sinks.push(Box::new(Stdout::new(lost)));
         }

@@ -29,6 +29,25 @@ pub fn cannot_print(error: &io::Error) -> Failure {
     cannot_write("to standard output", error)
 }
 
+/// A text in lines of at most `width` characters, of which all but the first begin with `indent`.
+/// The width is without the indent.
+pub fn wrapped(text: &str, width: usize, indent: &str) -> String {
+    let (mut lines, mut column) = (String::new(), 0);
+    for word in text.split_whitespace() {
+        let length = word.chars().count();
+        if column > 0 && column + 1 + length > width {
+            lines.extend(["\n", indent]);
+            column = 0;
+        } else if column > 0 {
+            lines.push(' ');
+            column += 1;
+        }
+        lines += word;
+        column += length;
+    }
+    lines
+}
+
 /// A path, quoted for use in a shell command.
 pub fn quoted(path: &Path) -> String {
     shell_words::quote(&path.to_string_lossy()).into_owned()

@@ -18,7 +18,6 @@ pub enum LostPosition {
 /// The columns, in order. Positions are 0-based with pixel centres at integers.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Row {
-    /// Number of the frame in the source.
     pub frame: usize,
     /// The target's id; with a single target there is no such column.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -28,11 +27,8 @@ pub struct Row {
     pub name: Option<String>,
     /// Left side of the box; with [`LostPosition::Blank`], all positions of a lost target are empty.
     pub x: Option<f64>,
-    /// Upper side of the box.
     pub y: Option<f64>,
-    /// Width of the box.
     pub w: Option<f64>,
-    /// Height of the box.
     pub h: Option<f64>,
     /// How certain the tracker is, 0 to 1.
     pub score: f64,
@@ -40,29 +36,19 @@ pub struct Row {
     pub visible_large: Option<f64>,
     /// Share of the small patches that are visible; empty if the method does not know.
     pub visible_small: Option<f64>,
-    /// Corners of the rotated and skewed outline: x of the upper left corner.
+    /// Corners of the rotated and skewed outline, clockwise from the upper left one.
     pub x1: Option<f64>,
-    /// y of the upper left corner.
     pub y1: Option<f64>,
-    /// x of the upper right corner.
     pub x2: Option<f64>,
-    /// y of the upper right corner.
     pub y2: Option<f64>,
-    /// x of the lower right corner.
     pub x3: Option<f64>,
-    /// y of the lower right corner.
     pub y3: Option<f64>,
-    /// x of the lower left corner.
     pub x4: Option<f64>,
-    /// y of the lower left corner.
     pub y4: Option<f64>,
     /// Milliseconds that the tracker took for the frame, all targets together.
     pub ms: f64,
-    /// Whether the target is followed.
     pub status: Status,
-    /// Width of the frame in pixels.
     pub frame_w: usize,
-    /// Height of the frame in pixels.
     pub frame_h: usize,
     /// When the frame is shown, in seconds from the first frame of the source; a source without
     /// times has no such column.
@@ -71,7 +57,6 @@ pub struct Row {
 }
 
 impl Row {
-    /// The row of a target in this frame.
     pub fn new(tracked: &TrackedFrame<'_>, target: &TargetResult, lost: LostPosition) -> Self {
         let TrackedFrame { frame, ms, picture, .. } = *tracked;
         let TargetResult { id, name, bbox, estimate } = target;

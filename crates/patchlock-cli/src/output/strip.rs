@@ -12,14 +12,8 @@ const CAPTION: usize = 68;
 /// Width of the line around a frame.
 const BORDER: usize = 5;
 
-/// One frame of the strip.
 pub struct Panel {
-    /// Width in pixels.
-    pub width: usize,
-    /// Height in pixels.
-    pub height: usize,
-    /// The annotated frame.
-    pub rgb: Vec<u8>,
+    pub frame: Canvas,
     /// First line of the caption.
     pub title: String,
     /// First word of the second line of the caption, in the colour of the mark.
@@ -30,34 +24,29 @@ pub struct Panel {
     pub mark: [u8; 3],
 }
 
-/// Puts the panels side by side.
 pub fn draw(panels: &[Panel]) -> Result<Canvas> {
-    let width: usize = panels.iter().map(|panel| panel.width + GAP).sum::<usize>() + GAP;
+    let size =
+        |panel: &Panel| [panel.frame.width(), panel.frame.height()].map(|side| side as usize);
+    let width: usize = panels.iter().map(|panel| size(panel)[0] + GAP).sum::<usize>() + GAP;
     let height =
-        panels.iter().map(|panel| panel.height).max().context("the strip has no frames")?;
+        panels.iter().map(|panel| size(panel)[1]).max().context("the strip has no frames")?;
     let mut strip = Canvas::plain(width, height + 2 * GAP + CAPTION, BACKGROUND)
         .context("the strip has no pixels")?;
     let mut left = GAP;
     for panel in panels {
-        let frame = Canvas::from_rgb(panel.width, panel.height, &panel.rgb)
-            .context("a frame has no pixels")?;
-        let (border, side) = (BORDER as f32, |length: usize| (length + 2 * BORDER) as f32);
-        let around = Area {
-            x: left as f32 - border,
-            y: GAP as f32 - border,
-            w: side(panel.width),
-            h: side(panel.height),
-        };
+        let [width, height] = size(panel);
+        let (x, border) = (left as f32, BORDER as f32);
+        let [w, h] = [width, height].map(|length| (length + 2 * BORDER) as f32);
+        let around = Area { x: x - border, y: GAP as f32 - border, w, h };
         strip.fill(around, panel.mark, 1.0);
-        strip.paste(&frame, left, GAP);
-        let top = (GAP + panel.height) as f32;
-        let x = left as f32;
+        strip.paste(&panel.frame, left, GAP);
+        let top = (GAP + height) as f32;
         strip.fill_round(Area { x, y: top + 14.0, w: 5.0, h: 52.0 }, 2.0, panel.mark, 1.0);
         strip.text(&panel.title, x + 17.0, top + 26.0, 24.0, TITLE);
         strip.text(&panel.status, x + 17.0, top + 55.0, 22.0, panel.mark);
         let after = x + 17.0 + text::width(&panel.status, 22.0) + 14.0;
         strip.text(&panel.note, after, top + 55.0, 18.0, NOTE);
-        left += panel.width + GAP;
+        left += width + GAP;
     }
     Ok(strip)
 }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use patchlock::{Status, TrackerConfig};
+use patchlock_bench::compare::quantile;
 use patchlock_media::FrameRate;
 use patchlock_track::UsedNetwork;
 use patchlock_track::settings::basis;
@@ -12,29 +13,24 @@ use serde::Serialize;
 
 use super::measurements::{LostSpan, LowScoreSpan, Measurements};
 use super::pending::PendingFile;
-use crate::targets::Names;
 
 /// The most losses that are shown on the screen.
 const SHOWN: usize = 10;
 
-/// Statistics of a run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Summary {
     /// Number of tracked frames, including the first.
     pub frames: usize,
-    /// Number of targets.
     pub targets: usize,
     /// Number of frames in which the status is tracked; like the next two, the sum over all
     /// targets.
     pub frames_tracked: usize,
-    /// Number of frames in which the status is uncertain.
     pub frames_uncertain: usize,
-    /// Number of frames in which the status is lost.
     pub frames_lost: usize,
     /// Each loss, in the order in which they began.
-    pub losses: Vec<TimedLoss>,
+    pub losses: Vec<LostSpan>,
     /// Each stretch of at least ten frames in which a target was not lost but its score stayed low.
-    pub low_scores: Vec<LowScore>,
+    pub low_scores: Vec<LowScoreSpan>,
     /// Frames per second of the tracker alone: includes the first frame, but not decoding and
     /// writing.
     pub tracking_fps: f64,
@@ -48,23 +44,17 @@ pub struct Summary {
     pub ms_median: f64,
     /// 95th percentile of the time per frame in milliseconds.
     pub ms_p95: f64,
-    /// What the tracker was set to.
     #[serde(flatten)]
     pub settings: Settings,
-    /// Number of threads of the tracker.
     pub threads: usize,
-    /// Version of this program.
     pub version: &'static str,
 }
 
-/// What the tracker was set to.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Settings {
-    /// The method that followed the targets.
     pub method: &'static str,
     /// Name of the preset that the settings are based on.
     pub preset: String,
-    /// Seed of the random numbers.
     pub seed: u64,
     /// The network, of the method `network`.
     #[serde(flatten)]
@@ -80,70 +70,6 @@ impl Settings {
     }
 }
 
-/// A stretch of frames in which the score of a target stayed low: below one half with the methods
-/// `robust` and `network`, whose score is a probability, and below half of the target's median
-/// score with `paper`.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct LowScore {
-    /// The target's id; with a single target there is no such field.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub id: Option<u64>,
-    /// Its name in `--boxes`, if it has one.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub name: Option<String>,
-    /// The first of the frames, in the order of tracking.
-    pub first_frame: usize,
-    /// The last of the frames.
-    pub last_frame: usize,
-    /// The lowest score.
-    pub lowest: f64,
-}
-
-impl LowScore {
-    fn new(low: &LowScoreSpan) -> Self {
-        let LowScoreSpan { id, first, last, lowest } = *low;
-        Self { id, name: None, first_frame: first, last_frame: last, lowest: round(lowest) }
-    }
-}
-
-/// A stretch of frames in which a target was lost.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct TimedLoss {
-    /// The target's id; with a single target there is no such field.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub id: Option<u64>,
-    /// Its name in `--boxes`, if it has one.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub name: Option<String>,
-    /// The first frame in which it was lost.
-    pub lost_frame: usize,
-    /// The time of that frame in seconds from the start of the source; `None` if its frame rate is
-    /// unknown.
-    pub lost_seconds: Option<f64>,
-    /// The first frame in which it was not lost any more; `None` if the target or the run ended
-    /// before.
-    pub return_frame: Option<usize>,
-    /// The time of that frame.
-    pub return_seconds: Option<f64>,
-}
-
-impl TimedLoss {
-    fn new(loss: &LostSpan, rate: Option<FrameRate>) -> Self {
-        let seconds = |frame: usize| {
-            let FrameRate { frames, seconds } = rate?;
-            Some(round(frame as f64 * f64::from(seconds) / f64::from(frames)))
-        };
-        Self {
-            id: loss.id,
-            name: None,
-            lost_frame: loss.frame,
-            lost_seconds: seconds(loss.frame),
-            return_frame: loss.returned,
-            return_seconds: loss.returned.and_then(seconds),
-        }
-    }
-}
-
 impl Summary {
     /// The statistics of a run. `rate` is the frame rate of the source, if it is known.
     pub fn new(
@@ -152,24 +78,31 @@ impl Summary {
         settings: Settings,
         threads: usize,
     ) -> Self {
+        let seconds = |frame: usize| {
+            let FrameRate { frames, seconds } = rate?;
+            Some(round(frame as f64 * f64::from(seconds) / f64::from(frames)))
+        };
+        let timed = |loss: &LostSpan| LostSpan {
+            lost_seconds: seconds(loss.lost_frame),
+            return_seconds: loss.return_frame.and_then(seconds),
+            ..loss.clone()
+        };
         let mut sorted = run.times_ms().to_vec();
         sorted.sort_unstable_by(f64::total_cmp);
+        let quantile = |share| if sorted.is_empty() { 0.0 } else { quantile(&sorted, share) };
         Self {
             frames: run.frames(),
             targets: run.targets(),
             frames_tracked: run.count(Status::Tracked),
             frames_uncertain: run.count(Status::Uncertain),
             frames_lost: run.count(Status::Lost),
-            losses: run.losses().iter().map(|loss| TimedLoss::new(loss, rate)).collect(),
-            low_scores: {
-                let low = run.low_scores(settings.method != "paper");
-                low.iter().map(LowScore::new).collect()
-            },
+            losses: run.losses().iter().map(timed).collect(),
+            low_scores: run.low_scores(settings.method != "paper"),
             tracking_fps: round(run.fps()),
             wall_fps: None,
             frames_dropped: None,
-            ms_median: round(quantile(&sorted, 0.5)),
-            ms_p95: round(quantile(&sorted, 0.95)),
+            ms_median: round(quantile(0.5)),
+            ms_p95: round(quantile(0.95)),
             settings,
             threads,
             version: env!("CARGO_PKG_VERSION"),
@@ -183,15 +116,6 @@ impl Summary {
         Self { wall_fps: Some(round(fps)), frames_dropped: dropped, ..self }
     }
 
-    /// With the names of targets.
-    #[must_use]
-    pub fn with_names(mut self, names: &Names) -> Self {
-        let named = |id: Option<u64>| names.get(&id?).map(|name| name.to_string());
-        self.losses.iter_mut().for_each(|loss| loss.name = named(loss.id));
-        self.low_scores.iter_mut().for_each(|low| low.name = named(low.id));
-        self
-    }
-
     /// Writes the object and completes the file.
     pub fn write(&self, file: PendingFile) -> Result<PathBuf> {
         let mut text = serde_json::to_string_pretty(self)?;
@@ -203,31 +127,20 @@ impl Summary {
 /// The lines for the screen.
 impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            frames,
-            tracking_fps,
-            wall_fps,
-            frames_dropped,
-            frames_uncertain,
-            frames_lost,
-            losses,
-            low_scores,
-            settings,
-            ..
-        } = self;
-        write!(f, "tracked {frames} frames at {tracking_fps:.1} frames per second")?;
-        if frames_uncertain + frames_lost > 0 {
-            write!(f, "; uncertain in {frames_uncertain}, lost in {frames_lost}")?;
+        let (fps, uncertain, lost) = (self.tracking_fps, self.frames_uncertain, self.frames_lost);
+        write!(f, "tracked {} frames at {fps:.1} frames per second", self.frames)?;
+        if uncertain + lost > 0 {
+            write!(f, "; uncertain in {uncertain}, lost in {lost}")?;
         }
-        lines(f, losses)?;
-        lines(f, low_scores)?;
-        if let Some(network) = &settings.network {
+        lines(f, &self.losses)?;
+        lines(f, &self.low_scores)?;
+        if let Some(network) = &self.settings.network {
             write!(f, "\nnetwork: {network}")?;
         }
-        if let Some(fps) = wall_fps {
+        if let Some(fps) = self.wall_fps {
             write!(f, "\n{fps:.1} frames per second with reading and writing")?;
         }
-        match frames_dropped {
+        match self.frames_dropped {
             Some(dropped @ 1..) => write!(f, "\n{dropped} frames dropped"),
             _ => Ok(()),
         }
@@ -252,7 +165,7 @@ fn called(f: &mut fmt::Formatter<'_>, id: Option<u64>, name: Option<&str>) -> fm
     }
 }
 
-impl fmt::Display for LowScore {
+impl fmt::Display for LowScoreSpan {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { id, name, first_frame, last_frame, lowest } = self;
         called(f, *id, name.as_deref())?;
@@ -263,7 +176,7 @@ impl fmt::Display for LowScore {
     }
 }
 
-impl fmt::Display for TimedLoss {
+impl fmt::Display for LostSpan {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let moment = |frame: usize, seconds: Option<f64>| match seconds {
             Some(seconds) => format!("in frame {frame} ({seconds:.2} s)"),
@@ -278,15 +191,8 @@ impl fmt::Display for TimedLoss {
     }
 }
 
-/// A quantile, interpolated linearly between the two nearest values.
-fn quantile(sorted: &[f64], share: f64) -> f64 {
-    let Some(last) = sorted.len().checked_sub(1) else { return 0.0 };
-    let place = share * last as f64;
-    let (below, above) = (sorted[place.floor() as usize], sorted[place.ceil() as usize]);
-    below + (above - below) * place.fract()
-}
-
-fn round(value: f64) -> f64 {
+/// Three decimal places.
+pub fn round(value: f64) -> f64 {
     (value * 1e3).round() / 1e3
 }
 
@@ -295,6 +201,7 @@ mod tests {
     use super::super::{TargetResult, example};
     use super::*;
     use patchlock::Preset;
+    use std::sync::Arc;
 
     fn summary(run: &Measurements, rate: Option<FrameRate>) -> Summary {
         Summary::new(run, rate, Settings::new("robust", &TrackerConfig::default()), 2)
@@ -346,7 +253,8 @@ mod tests {
     }
 
     /// Lost in frames 10 to 12 and from frame 20 on.
-    fn with_losses(id: Option<u64>) -> Measurements {
+    fn with_losses(id: Option<u64>, name: Option<&str>) -> Measurements {
+        let name: Option<Arc<str>> = name.map(Arc::from);
         let mut run = Measurements::default();
         for frame in 0..25 {
             let status = match frame {
@@ -354,7 +262,8 @@ mod tests {
                 10..=12 | 20.. => Status::Lost,
                 _ => Status::Tracked,
             };
-            run.add(frame, &[TargetResult { id, ..example::target(status) }], 10.0);
+            let target = TargetResult { id, name: name.clone(), ..example::target(status) };
+            run.add(frame, &[target], 10.0);
         }
         run
     }
@@ -362,7 +271,7 @@ mod tests {
     #[test]
     fn losses_have_frames_and_times() {
         let rate = FrameRate::new(25, 2);
-        let json = serde_json::to_value(summary(&with_losses(None), rate)).expect("JSON");
+        let json = serde_json::to_value(summary(&with_losses(None, None), rate)).expect("JSON");
         assert_eq!([&json["method"], &json["preset"]], ["robust"; 2]);
         let counts = ["frames_tracked", "frames_uncertain", "frames_lost"].map(|k| json[k].clone());
         assert_eq!(counts, [16, 1, 8].map(serde_json::Value::from));
@@ -371,7 +280,8 @@ mod tests {
             { "lost_frame": 20, "lost_seconds": 1.6, "return_frame": null, "return_seconds": null },
         ]);
         assert_eq!(json["losses"], losses);
-        let unknown = serde_json::to_value(summary(&with_losses(Some(4)), None)).expect("JSON");
+        let unknown =
+            serde_json::to_value(summary(&with_losses(Some(4), None), None)).expect("JSON");
         let loss = serde_json::json!({
             "id": 4, "lost_frame": 10, "lost_seconds": null, "return_frame": 13, "return_seconds": null,
         });
@@ -397,17 +307,16 @@ mod tests {
 
     #[test]
     fn losses_are_shown_on_the_screen() {
-        let text = summary(&with_losses(None), FrameRate::new(25, 2)).to_string();
+        let text = summary(&with_losses(None, None), FrameRate::new(25, 2)).to_string();
         assert_eq!(
             text,
             "tracked 25 frames at 100.0 frames per second; uncertain in 1, lost in 8\n\
              lost in frame 10 (0.80 s), back in frame 13 (1.04 s)\n\
              lost in frame 20 (1.60 s), not back"
         );
-        let text = summary(&with_losses(Some(4)), None).to_string();
+        let text = summary(&with_losses(Some(4), None), None).to_string();
         assert!(text.ends_with("\ntarget 4 lost in frame 20, not back"), "{text}");
-        let names = Names::from([(4, "car".into())]);
-        let named = summary(&with_losses(Some(4)), None).with_names(&names);
+        let named = summary(&with_losses(Some(4), Some("car")), None);
         assert!(named.to_string().ends_with("\ntarget car lost in frame 20, not back"), "{named}");
         assert_eq!(serde_json::to_value(named).expect("JSON")["losses"][0]["name"], "car");
         let mut run = Measurements::default();

@@ -11,7 +11,6 @@ use super::row::{LostPosition, Row};
 use super::{Sink, TrackedFrame};
 use crate::failure::{Failure, usage};
 
-/// The formats of tables.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
     /// Named columns, 0-based.
@@ -51,7 +50,6 @@ pub struct Table<W: Write> {
 }
 
 impl<W: Write> Table<W> {
-    /// An empty table.
     pub fn new(format: Format, lost: LostPosition, writer: W) -> Self {
         Self { format, lost, writer, started: false }
     }
@@ -116,7 +114,6 @@ pub struct Stdout {
 }
 
 impl Stdout {
-    /// A table that is still empty.
     pub fn new(lost: LostPosition) -> Self {
         Self { table: Table::new(Format::Csv, lost, io::stdout()) }
     }

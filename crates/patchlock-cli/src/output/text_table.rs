@@ -6,7 +6,6 @@ pub struct TextTable {
 }
 
 impl TextTable {
-    /// A table with these titles.
     pub fn new(titles: &[&str]) -> Self {
         Self { rows: vec![titles.iter().map(|title| title.to_string()).collect()] }
     }

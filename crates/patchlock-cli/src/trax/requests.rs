@@ -15,7 +15,6 @@ const LONGEST_LINE: u64 = 200_000_000;
 /// The most targets that a client can begin before a frame.
 const MOST_TARGETS: usize = 10_000;
 
-/// A request of the client.
 #[derive(Debug, PartialEq)]
 pub enum Request {
     /// Track the targets in an image.
@@ -24,21 +23,18 @@ pub enum Request {
         reset: bool,
         /// Targets that start in this image.
         begin: Vec<Region>,
-        /// The image.
         image: Image,
     },
     /// The client quits or has closed the connection.
     Quit,
 }
 
-/// Reads the client's requests.
 pub struct Requests<R> {
     input: R,
     protocol: Protocol,
 }
 
 impl<R: BufRead> Requests<R> {
-    /// Requests in this protocol.
     pub fn new(input: R, protocol: Protocol) -> Self {
         Self { input, protocol }
     }

@@ -22,7 +22,7 @@ use crate::trax::message::Message;
 use crate::trax::region::{POLYGON, RECTANGLE, Region};
 use patchlock_track::names::beginning;
 use patchlock_track::session;
-use process::{MAX_LINE_BYTES, Process, ReadLineError};
+use process::Process;
 
 /// The newest supported version of the protocol. Versions 1 to 3 do not differ in anything used
 /// here.
@@ -98,24 +98,11 @@ fn reason_of(quit: &Message) -> String {
 /// Waits for the next message; lines that are not messages are skipped. `what` is the expected
 /// message.
 fn next(process: &mut Process, what: &str) -> Result<Message, String> {
-    let line = process.next(|line| Message::parse(line).is_some());
-    match line {
-        Ok(line) => match Message::parse(&line) {
-            Some(Ok(message)) => Ok(message),
-            Some(Err(reason)) => Err(format!("invalid message \"{}\": {reason}", beginning(&line))),
-            None => Err(format!("not a message: {}", beginning(&line))),
-        },
-        Err(ReadLineError::TimedOut(seconds)) => Err(format!(
-            "the tracker did not send {what} within {seconds} s{}",
-            process.recent_output()
-        )),
-        Err(ReadLineError::TooLong) => {
-            Err(format!("the tracker sent a message of more than {MAX_LINE_BYTES} bytes"))
-        }
-        Err(ReadLineError::Exited(status)) => Err(format!(
-            "the tracker exited ({status}) without sending {what}{}",
-            process.recent_output()
-        )),
+    let line = process.next(what, |line| Message::parse(line).is_some())?;
+    match Message::parse(&line) {
+        Some(Ok(message)) => Ok(message),
+        Some(Err(reason)) => Err(format!("invalid message \"{}\": {reason}", beginning(&line))),
+        None => Err(format!("not a message: {}", beginning(&line))),
     }
 }
 

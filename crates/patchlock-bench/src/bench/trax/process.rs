@@ -10,24 +10,13 @@ use std::time::{Duration, Instant};
 use patchlock_track::names;
 
 /// The longest line that is kept, in bytes; the rest of a longer one is dropped.
-pub const MAX_LINE_BYTES: u64 = 1 << 16;
+const MAX_LINE_BYTES: u64 = 1 << 16;
 /// Capacity of the queue of lines; a program that writes more has to wait.
 const QUEUED_LINES: usize = 100;
 /// Characters of other output that are kept for error messages.
 const KEPT_OUTPUT: usize = 400;
 /// Time limit for exiting.
 const EXIT_TIMEOUT: Duration = Duration::from_secs(2);
-
-/// Why there is no next line.
-#[derive(Debug)]
-pub enum ReadLineError {
-    /// The time limit passed, in seconds.
-    TimedOut(f64),
-    /// The program exited, with its exit status in words.
-    Exited(String),
-    /// The line is longer than [`MAX_LINE_BYTES`].
-    TooLong,
-}
 
 /// A line that the program has written, or one for it.
 struct Line {
@@ -92,26 +81,39 @@ impl Process {
         }
     }
 
-    /// The next line that is `wanted`; other lines are kept for error messages.
-    pub fn next(&mut self, wanted: impl Fn(&str) -> bool) -> Result<String, ReadLineError> {
+    /// The next line that is `wanted`; other lines are kept for error messages. `what` is what the
+    /// program is expected to send.
+    ///
+    /// # Errors
+    /// Why there is no such line.
+    pub fn next(&mut self, what: &str, wanted: impl Fn(&str) -> bool) -> Result<String, String> {
         let end = Instant::now() + self.timeout;
         loop {
             // A program that never stops writing other lines has no more time than a silent one.
             let left = end.saturating_duration_since(Instant::now());
-            if left.is_zero() {
-                return Err(ReadLineError::TimedOut(self.timeout.as_secs_f64()));
-            }
-            match self.lines.recv_timeout(left) {
-                Ok(line) if !wanted(&line.text) => drop(remember(&self.output, &line.text)),
+            let line = match left.is_zero() {
+                true => Err(RecvTimeoutError::Timeout),
+                false => self.lines.recv_timeout(left),
+            };
+            let reason = match line {
+                Ok(line) if !wanted(&line.text) => {
+                    remember(&self.output, &line.text);
+                    continue;
+                }
                 Ok(line) if line.whole => return Ok(line.text),
-                Ok(_) => return Err(ReadLineError::TooLong),
+                Ok(_) => {
+                    let most =
+                        format!("the tracker sent a message of more than {MAX_LINE_BYTES} bytes");
+                    return Err(most);
+                }
                 Err(RecvTimeoutError::Timeout) => {
-                    return Err(ReadLineError::TimedOut(self.timeout.as_secs_f64()));
+                    format!("did not send {what} within {} s", self.timeout.as_secs_f64())
                 }
                 Err(RecvTimeoutError::Disconnected) => {
-                    return Err(ReadLineError::Exited(self.status()));
+                    format!("exited ({}) without sending {what}", self.status())
                 }
-            }
+            };
+            return Err(format!("the tracker {reason}{}", self.recent_output()));
         }
     }
 
@@ -200,9 +202,10 @@ mod tests {
         for _ in 0..4 {
             process.write(&line).unwrap();
         }
-        assert_eq!(process.next(|_| true).unwrap(), "hello");
-        let sleeper = process.next(|_| true).unwrap();
-        assert!(matches!(process.next(|_| true), Err(ReadLineError::TimedOut(_))));
+        assert_eq!(process.next("a line", |_| true).unwrap(), "hello");
+        let sleeper = process.next("a line", |_| true).unwrap();
+        let error = process.next("a line", |_| true).unwrap_err();
+        assert_eq!(error, "the tracker did not send a line within 0.5 s");
         drop(process);
         assert!(Command::new("kill").arg(sleeper).status().unwrap().success());
     }

@@ -16,9 +16,11 @@ const ROW: f64 = 21.0;
 /// Room for a name in the legend, between its line and its score.
 const NAME_WIDTH: f64 = LEGEND - 70.0 - 64.0;
 
+/// The SVG attributes of the line of a tracker without a name.
+pub const PALE: &str = "class=\"other\" stroke-width=\"1\"";
+
 /// A tracker in the legend.
 pub struct Entry<'a> {
-    /// Name of the tracker.
     pub name: &'a str,
     /// The number beside it.
     pub score: f64,
@@ -28,9 +30,7 @@ pub struct Entry<'a> {
 
 /// A plot of shares, 0 to 1, without its lines.
 pub struct Chart<'a> {
-    /// Heading.
     pub title: &'a str,
-    /// Label of the x axis.
     pub x_label: &'a str,
     /// Label of the shares.
     pub y_label: &'a str,
@@ -55,7 +55,6 @@ impl Chart<'_> {
         (x, y)
     }
 
-    /// The size of the whole plot.
     pub fn size(&self) -> [f64; 2] {
         [LEFT + AREA[0] + GAP + LEGEND, TOP + self.height() + BOTTOM]
     }
@@ -71,25 +70,12 @@ impl Chart<'_> {
         let [bottom, top] = y.pixels;
         let [left, right] = x.pixels;
         for tick in 0..=5 {
-            let value = f64::from(tick) / 5.0;
-            svg.line("grid", [left, y.at(value)], [right, y.at(value)]);
-            svg.text(
-                [left - 8.0, y.at(value) + 4.0],
-                12.0,
-                "soft",
-                Anchor::End,
-                &format!("{value:.1}"),
-            );
+            y.grid_line(svg, f64::from(tick) / 5.0, x.pixels, 12.0);
         }
         for &value in self.ticks {
-            svg.line("grid", [x.at(value), bottom], [x.at(value), top]);
-            svg.text(
-                [x.at(value), bottom + 18.0],
-                12.0,
-                "soft",
-                Anchor::Middle,
-                &format!("{value}"),
-            );
+            let (at, label) = (x.at(value), value.to_string());
+            svg.line("grid", [at, bottom], [at, top]);
+            svg.text([at, bottom + 18.0], 12.0, "soft", Anchor::Middle, &label);
         }
         svg.line("axis", [left, bottom], [right, bottom]);
         svg.text([(left + right) / 2.0, bottom + 40.0], 13.0, "soft", Anchor::Middle, self.x_label);
@@ -102,38 +88,25 @@ impl Chart<'_> {
     }
 
     fn legend(&self, svg: &mut Svg, left: f64) {
-        let mut y = TOP + 6.0;
+        let (mut y, right) = (TOP + 6.0, left + LEGEND - 8.0);
+        let sample = |y: f64| [[left + 28.0, y - 4.5], [left + 62.0, y - 4.5]];
         svg.text([left, y], 12.0, "soft", Anchor::Start, "rank");
-        svg.text([left + LEGEND - 8.0, y], 12.0, "soft", Anchor::End, self.score_label);
+        svg.text([right, y], 12.0, "soft", Anchor::End, self.score_label);
         for (k, entry) in self.entries.iter().enumerate() {
             let Some(style) = entry.style else { continue };
             y += ROW;
             if style.strong {
                 svg.rect("chosen", [left - 4.0, y - 15.0], [LEGEND, ROW - 1.0]);
             }
-            svg.text([left + 20.0, y], 13.0, "soft", Anchor::End, &format!("{}", k + 1));
-            svg.polyline(
-                &style.line(),
-                &[[left + 28.0, y - 4.5], [left + 62.0, y - 4.5]],
-                entry.name,
-            );
+            svg.text([left + 20.0, y], 13.0, "soft", Anchor::End, &(k + 1).to_string());
+            svg.polyline(&style.line(), &sample(y), entry.name);
             svg.name([left + 70.0, y], 13.0, NAME_WIDTH, entry.name);
-            svg.text(
-                [left + LEGEND - 8.0, y],
-                13.0,
-                "ink",
-                Anchor::End,
-                &format!("[{:.3}]", entry.score),
-            );
+            svg.text([right, y], 13.0, "ink", Anchor::End, &format!("[{:.3}]", entry.score));
         }
         let others = self.entries.iter().filter(|entry| entry.style.is_none()).count();
         if others > 0 {
             y += ROW;
-            svg.polyline(
-                "class=\"other\" stroke-width=\"1\"",
-                &[[left + 28.0, y - 4.5], [left + 62.0, y - 4.5]],
-                "",
-            );
+            svg.polyline(PALE, &sample(y), "");
             svg.text([left + 70.0, y], 12.0, "soft", Anchor::Start, &format!("{others} more"));
         }
     }

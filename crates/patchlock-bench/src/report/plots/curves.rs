@@ -1,67 +1,107 @@
 //! Precision and success plots: one line per tracker. The best are named in a ranked legend; the
 //! others are pale lines in the background.
 
-use super::chart::{Chart, Entry};
+use super::chart::{Chart, Entry, PALE};
 use super::{Axis, Plot};
+use crate::metrics;
+use crate::protocol::{DP_INDEX, Protocol};
 use crate::report::palette::LineStyle;
 use crate::report::svg::Svg;
+use crate::score::Summary;
 
-/// The line of one tracker.
+/// A measure that is drawn as curves.
+pub struct Measure {
+    /// Name of the plot's files, without extension.
+    pub file: &'static str,
+    /// The name in headings.
+    pub name: &'static str,
+    x_label: &'static str,
+    /// Label of the score, in the head of the legend.
+    score_label: &'static str,
+    /// Labelled positions on the x axis.
+    ticks: &'static [f64],
+    pub thresholds: fn(&Protocol) -> &[f64],
+    /// Shares of frames, 0 to 1, one for each threshold.
+    pub curve: fn(&metrics::Curves) -> &[f64],
+    pub score: fn(&Summary) -> f64,
+    /// The threshold at which the score is taken; `None` if the score is the mean of the values.
+    mark: Option<f64>,
+}
+
+/// Precision, success and normalised precision.
+pub static MEASURES: [Measure; 3] = [
+    Measure {
+        file: "precision",
+        name: "Precision",
+        x_label: "centre distance threshold, pixels",
+        score_label: "DP at 20 px",
+        ticks: &[0.0, 10.0, 20.0, 30.0, 40.0, 50.0],
+        thresholds: |protocol| &protocol.precision,
+        curve: |curves| &curves.precision,
+        score: |summary| summary.dp20.mean,
+        mark: Some(DP_INDEX as f64),
+    },
+    Measure {
+        file: "success",
+        name: "Success",
+        x_label: "overlap threshold",
+        score_label: "AUC",
+        ticks: &[0.0, 0.2, 0.4, 0.6, 0.8, 1.0],
+        thresholds: |protocol| &protocol.success,
+        curve: |curves| &curves.success,
+        score: |summary| summary.auc.mean,
+        mark: None,
+    },
+    Measure {
+        file: "normalised_precision",
+        name: "Normalised precision",
+        x_label: "centre distance threshold, relative to the target's size",
+        score_label: "mean",
+        ticks: &[0.0, 0.1, 0.2, 0.3, 0.4, 0.5],
+        thresholds: |protocol| &protocol.normalised,
+        curve: |curves| &curves.normalised,
+        score: |summary| summary.norm_precision.mean,
+        mark: None,
+    },
+];
+
 #[derive(Debug, Clone, PartialEq)]
 pub struct Line<'a> {
-    /// Name of the tracker.
     pub name: &'a str,
     /// Shares of frames, 0 to 1, one for each threshold.
     pub values: &'a [f64],
-    /// The score, by which trackers are ranked.
     pub score: f64,
     /// The line style; `None` for a pale line without a name.
     pub style: Option<LineStyle>,
 }
 
-/// The contents of the plot.
-#[derive(Debug, Clone, PartialEq)]
 pub struct Curves<'a> {
     /// Name of the plot's files, without extension.
     pub file: String,
-    /// Heading.
     pub title: String,
-    /// Label of the thresholds.
-    pub x_label: &'a str,
-    /// Label of the values.
-    pub y_label: &'a str,
-    /// Label of the score, in the head of the legend.
-    pub score_label: &'a str,
-    /// The thresholds.
+    pub measure: &'a Measure,
     pub thresholds: &'a [f64],
-    /// Labelled positions on the x axis.
-    pub ticks: &'a [f64],
-    /// The threshold at which the score is taken; `None` if the score is the mean of the values.
-    pub mark: Option<f64>,
     /// The lines, best tracker first.
     pub lines: Vec<Line<'a>>,
 }
 
 impl Curves<'_> {
-    /// Draws the plot.
-    pub fn plot(&self) -> Plot {
-        let entries = self.lines.iter().map(|line| Entry {
-            name: line.name,
-            score: line.score,
-            style: line.style,
-        });
+    pub fn plot(self) -> Plot {
+        let lines = self.lines.iter();
         let chart = Chart {
             title: &self.title,
-            x_label: self.x_label,
-            y_label: self.y_label,
-            score_label: self.score_label,
+            x_label: self.measure.x_label,
+            y_label: "share of frames",
+            score_label: self.measure.score_label,
             last: self.thresholds.last().copied().unwrap_or(1.0),
-            ticks: self.ticks,
-            entries: entries.collect(),
+            ticks: self.measure.ticks,
+            entries: lines
+                .map(|line| Entry { name: line.name, score: line.score, style: line.style })
+                .collect(),
         };
         let mut svg = Svg::default();
         let (x, y) = chart.draw(&mut svg);
-        if let Some(mark) = self.mark {
+        if let Some(mark) = self.measure.mark {
             svg.put(format_args!(
                 "<line class=\"axis\" stroke-dasharray=\"3 3\" x1=\"{0:.1}\" x2=\"{0:.1}\" \
                  y1=\"{1:.1}\" y2=\"{2:.1}\"/>",
@@ -71,15 +111,8 @@ impl Curves<'_> {
             ));
         }
         self.draw_lines(&mut svg, x, y);
-        let size = chart.size();
-        Plot {
-            name: self.file.clone(),
-            title: self.title.clone(),
-            table: self.table(),
-            picture: svg,
-            size,
-            head: 0.0,
-        }
+        let (size, table) = (chart.size(), self.table());
+        Plot { name: self.file, title: self.title, table, picture: svg, size, head: 0.0 }
     }
 
     /// Draws pale lines first, then the named ones from worst to best, the strong ones on top.
@@ -87,14 +120,9 @@ impl Curves<'_> {
         let depth = |line: &Line| line.style.map_or(0, |style| if style.strong { 2 } else { 1 });
         for layer in 0..=2 {
             for line in self.lines.iter().rev().filter(|line| depth(line) == layer) {
-                let points: Vec<[f64; 2]> = self
-                    .thresholds
-                    .iter()
-                    .zip(line.values)
-                    .map(|(&t, &v)| [x.at(t), y.at(v)])
-                    .collect();
-                let pale = || "class=\"other\" stroke-width=\"1\"".to_string();
-                let attributes = line.style.map_or_else(pale, LineStyle::line);
+                let points = self.thresholds.iter().zip(line.values);
+                let points: Vec<_> = points.map(|(&t, &v)| [x.at(t), y.at(v)]).collect();
+                let attributes = line.style.map_or(PALE.to_string(), LineStyle::line);
                 svg.polyline(&attributes, &points, &format!("{} [{:.3}]", line.name, line.score));
             }
         }
@@ -126,12 +154,8 @@ mod tests {
         Curves {
             file: "success".into(),
             title: "Success".into(),
-            x_label: "overlap",
-            y_label: "share",
-            score_label: "AUC",
+            measure: &MEASURES[1],
             thresholds: &[0.0, 0.5, 1.0],
-            ticks: &[0.0, 1.0],
-            mark: None,
             lines: names
                 .iter()
                 .enumerate()

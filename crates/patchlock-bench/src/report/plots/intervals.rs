@@ -14,7 +14,6 @@ const NUMBERS: f64 = 240.0;
 /// The differences from one other tracker.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TrackerDifferences<'a> {
-    /// Name of the other tracker.
     pub name: &'a str,
     /// The difference in each measure, in the order of [`Intervals::measures`].
     pub differences: Vec<Difference>,
@@ -22,14 +21,9 @@ pub struct TrackerDifferences<'a> {
     pub corrected: Vec<f64>,
 }
 
-/// The contents of the plot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Intervals<'a> {
-    /// Name of the plot's files, without extension.
-    pub file: String,
-    /// Heading.
     pub title: String,
-    /// Names of the measures.
     pub measures: [&'a str; 2],
     /// The other trackers, from top to bottom.
     pub rows: Vec<TrackerDifferences<'a>>,
@@ -37,7 +31,7 @@ pub struct Intervals<'a> {
 
 impl Intervals<'_> {
     /// Draws the plot: one panel per measure, one row per tracker.
-    pub fn plot(&self) -> Plot {
+    pub fn plot(self) -> Plot {
         let size = [
             16.0 + NAME_WIDTH + 2.0 * (PANEL + NUMBERS),
             TOP + ROW * self.rows.len() as f64 + 34.0,
@@ -54,32 +48,16 @@ impl Intervals<'_> {
         for (m, measure) in self.measures.iter().enumerate() {
             self.panel(&mut svg, m, measure, 16.0 + NAME_WIDTH + m as f64 * (PANEL + NUMBERS));
         }
-        Plot {
-            name: self.file.clone(),
-            title: self.title.clone(),
-            table: self.table(),
-            picture: svg,
-            size,
-            head: 0.0,
-        }
+        let (name, table) = ("differences".to_string(), self.table());
+        Plot { name, title: self.title, table, picture: svg, size, head: 0.0 }
     }
 
     fn panel(&self, svg: &mut Svg, m: usize, measure: &str, left: f64) {
         let x = Axis { values: self.reach(m), pixels: [left, left + PANEL] };
-        svg.text(
-            [left, TOP - 22.0],
-            13.0,
-            "ink",
-            Anchor::Start,
-            &format!("difference in {measure}"),
-        );
-        svg.text(
-            [left + PANEL + 14.0, TOP - 6.0],
-            12.0,
-            "soft",
-            Anchor::Start,
-            "mean [95 % interval] p",
-        );
+        let heading = format!("difference in {measure}");
+        svg.text([left, TOP - 22.0], 13.0, "ink", Anchor::Start, &heading);
+        let numbers = "mean [95 % interval] p";
+        svg.text([x.pixels[1] + 14.0, TOP - 6.0], 12.0, "soft", Anchor::Start, numbers);
         self.draw_axis(svg, x);
         for (k, row) in self.rows.iter().enumerate() {
             if let (Some(difference), Some(&p)) = (row.differences.get(m), row.corrected.get(m)) {
@@ -153,7 +131,6 @@ fn draw_difference(svg: &mut Svg, x: Axis, y: f64, d: &Difference, p: f64) {
     svg.text([right, y + 4.0], 11.0, "soft", Anchor::Start, &format_p(p));
 }
 
-/// The vertical centre of a row.
 fn row_middle(row: usize) -> f64 {
     TOP + ROW * (row as f64 + 0.5)
 }
@@ -175,13 +152,7 @@ mod tests {
             differences: vec![d, d],
             corrected: vec![0.0004, 0.5],
         };
-        let plot = Intervals {
-            file: "f".into(),
-            title: "t".into(),
-            measures: ["AUC", "DP"],
-            rows: vec![row],
-        }
-        .plot();
+        let plot = Intervals { title: "t".into(), measures: ["AUC", "DP"], rows: vec![row] }.plot();
         let svg = plot.svg();
         assert!(
             svg.contains("+0.050 [+0.010 +0.090]")

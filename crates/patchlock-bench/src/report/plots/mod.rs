@@ -8,7 +8,9 @@ pub mod reliability;
 pub mod speed;
 pub mod timeline;
 
-use super::svg::{self, Svg};
+use serde::{Serialize, Serializer};
+
+use super::svg::{self, Anchor, Svg};
 use crate::Error;
 use patchlock_track::text::as_cell;
 
@@ -52,6 +54,13 @@ impl Plot {
     }
 }
 
+/// In the page, a plot is its SVG element.
+impl Serialize for Plot {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(&self.inline())
+    }
+}
+
 /// Formats rows as CSV. Cells with commas, quotes or line breaks are quoted. A text that a
 /// spreadsheet would take for a formula has an apostrophe before it.
 pub fn csv(table: &[Vec<String>]) -> String {
@@ -79,6 +88,20 @@ impl Axis {
         let share = if high > low { (value - low) / (high - low) } else { 0.0 };
         self.pixels[0] + share * (self.pixels[1] - self.pixels[0])
     }
+
+    /// Draws a line from `left` to `right` at a value of this vertical axis, and the value left of it.
+    fn grid_line(self, svg: &mut Svg, value: f64, [left, right]: [f64; 2], font_size: f64) {
+        let y = self.at(value);
+        svg.line("grid", [left, y], [right, y]);
+        let label = format!("{value:.1}");
+        svg.text([left - 8.0, y + 4.0], font_size, "soft", Anchor::End, &label);
+    }
+}
+
+/// The smallest of 1, 2, 5, 10, 20, 50, ... that is at least `least`, for the marks of an axis.
+pub fn round_step(least: f64) -> usize {
+    let steps = (0..7).flat_map(|power| [1, 2, 5].map(|digit| digit * 10_usize.pow(power)));
+    { steps }.find(|&step| step as f64 >= least).unwrap_or(10_000_000)
 }
 
 #[cfg(test)]
@@ -91,6 +114,15 @@ mod tests {
         assert_eq!(csv(&table), "\"a,b\",\"say \"\"x\"\"\",c\n");
         let table = [["=1+1", "-x", "-0.5", "@A1,2"].map(str::to_string).to_vec()];
         assert_eq!(csv(&table), "'=1+1,'-x,-0.5,\"'@A1,2\"\n");
+    }
+
+    #[test]
+    fn steps_are_round_numbers() {
+        let steps =
+            [(0.2, 1), (1.0, 1), (1.1, 2), (13.0, 20), (15.0, 20), (40.0, 50), (120.0, 200)];
+        for (least, expected) in steps {
+            assert_eq!(round_step(least), expected, "{least}");
+        }
     }
 
     #[test]

@@ -11,31 +11,25 @@ const TICKS: [f64; 6] = [0.0, 0.2, 0.4, 0.6, 0.8, 1.0];
 /// Radius of a point for all frames of a tracker, and of one for hardly any.
 const RADIUS: [f64; 2] = [16.0, 1.5];
 
-/// The bins of one tracker.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Line<'a> {
-    /// Name of the tracker.
     pub name: &'a str,
     /// The frames by score.
     pub bins: [Bin; BINS],
     /// The expected calibration error of these bins.
     pub ece: f64,
-    /// The line style.
     pub style: LineStyle,
 }
 
-/// The contents of the plot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reliability<'a> {
-    /// Heading.
     pub title: String,
     /// The trackers with known scores, best first.
     pub lines: Vec<Line<'a>>,
 }
 
 impl Reliability<'_> {
-    /// Draws the plot.
-    pub fn plot(&self) -> Plot {
+    pub fn plot(self) -> Plot {
         let entries = self.lines.iter().map(|line| Entry {
             name: line.name,
             score: line.ece,
@@ -66,14 +60,8 @@ impl Reliability<'_> {
                 line.draw(&mut svg, x, y);
             }
         }
-        Plot {
-            name: "reliability".to_string(),
-            title: self.title.clone(),
-            table: self.table(),
-            picture: svg,
-            size: chart.size(),
-            head: 0.0,
-        }
+        let (size, name, table) = (chart.size(), "reliability".to_string(), self.table());
+        Plot { name, title: self.title, table, picture: svg, size, head: 0.0 }
     }
 
     fn table(&self) -> Vec<Vec<String>> {

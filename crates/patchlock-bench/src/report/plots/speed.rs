@@ -13,23 +13,17 @@ const FONT_SIZE: f64 = 12.5;
 const NAME_LETTERS: usize = 40;
 const RADIUS: f64 = 5.0;
 
-/// The point of one tracker.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Point<'a> {
-    /// Name of the tracker.
     pub name: &'a str,
     /// Frames per second, greater than 0.
     pub fps: f64,
-    /// Area under its success curve.
     pub auc: f64,
-    /// The colour.
     pub style: LineStyle,
 }
 
-/// The contents of the plot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Speed<'a> {
-    /// Heading.
     pub title: String,
     /// The trackers with known times, best first.
     pub points: Vec<Point<'a>>,
@@ -39,8 +33,7 @@ pub struct Speed<'a> {
 type Area = [f64; 4];
 
 impl Speed<'_> {
-    /// Draws the plot.
-    pub fn plot(&self) -> Plot {
+    pub fn plot(self) -> Plot {
         let mut svg = Svg::default();
         svg.text([LEFT, 28.0], 16.0, "ink", Anchor::Start, &self.title);
         let (x, y) = self.axes(&mut svg);
@@ -57,9 +50,8 @@ impl Speed<'_> {
             taken.push(area);
             svg.text([area[0], area[3] - 4.0], FONT_SIZE, "ink", Anchor::Start, &name);
         }
-        let name = "speed".to_string();
-        let table = self.table();
-        Plot { name, title: self.title.clone(), table, picture: svg, size: SIZE, head: 0.0 }
+        let (name, table) = ("speed".to_string(), self.table());
+        Plot { name, title: self.title, table, picture: svg, size: SIZE, head: 0.0 }
     }
 
     /// The speed axis in powers of ten, and the accuracy axis from 0 to a round number above all
@@ -74,10 +66,7 @@ impl Speed<'_> {
         let x = Axis { values: [low, high], pixels: [LEFT, right] };
         let y = Axis { values: [0.0, top], pixels: [bottom, TOP] };
         for tick in 0..=(top * 5.0).round() as usize {
-            let value = tick as f64 / 5.0;
-            svg.line("grid", [LEFT, y.at(value)], [right, y.at(value)]);
-            let label = format!("{value:.1}");
-            svg.text([LEFT - 8.0, y.at(value) + 4.0], 12.0, "soft", Anchor::End, &label);
+            y.grid_line(svg, tick as f64 / 5.0, x.pixels, 12.0);
         }
         for power in low as i32..=high as i32 {
             for times in 1..10 {

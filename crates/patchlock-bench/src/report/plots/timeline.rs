@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use patchlock::Status;
 
-use super::{Axis, Plot};
+use super::{Axis, Plot, round_step};
 use crate::report::palette::{self, LineStyle};
 use crate::report::svg::{Anchor, Svg, width};
 
@@ -15,7 +15,6 @@ const LEFT: f64 = 136.0;
 const WIDTH: f64 = 640.0;
 const RIGHT: f64 = 62.0;
 const TOP: f64 = 46.0;
-/// Height of the heading.
 const HEAD: f64 = 34.0;
 const CHART: f64 = 84.0;
 const STRIP: f64 = 17.0;
@@ -29,26 +28,21 @@ const MAX_POINTS: usize = 640;
 /// The overlaps of one tracker on the target.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Track<'a> {
-    /// Name of the tracker.
     pub name: &'a str,
-    /// The line style.
     pub style: LineStyle,
     /// The overlap in each frame, averaged over seeds; `None` where the frame does not count.
     pub mean: Vec<Option<f64>>,
     /// Minimum and maximum over seeds in each frame, if there are several seeds.
     pub range: Option<Vec<Option<[f64; 2]>>>,
-    /// Area under the success curve on this target.
     pub auc: f64,
     /// The status in each frame, if it is known.
     pub statuses: Option<Vec<Option<Status>>>,
 }
 
-/// The contents of the plot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Timeline<'a> {
     /// Name of the plot's files, without extension.
     pub file: String,
-    /// Heading.
     pub title: String,
     /// The trackers; the first is drawn as a line.
     pub tracks: Vec<Track<'a>>,
@@ -57,8 +51,7 @@ pub struct Timeline<'a> {
 }
 
 impl Timeline<'_> {
-    /// Draws the plot.
-    pub fn plot(&self) -> Plot {
+    pub fn plot(self) -> Plot {
         let statuses = self.tracks.first().and_then(|track| track.statuses.as_ref());
         let status_height = if statuses.is_some() { STATUS } else { 0.0 };
         let strips = status_height + STRIP * self.tracks.len() as f64;
@@ -84,14 +77,8 @@ impl Timeline<'_> {
             y += STRIP;
         }
         ticks(&mut svg, x, y + 14.0, frames);
-        Plot {
-            name: self.file.clone(),
-            title: self.title.clone(),
-            table: self.table(),
-            picture: svg,
-            size,
-            head: HEAD,
-        }
+        let table = self.table();
+        Plot { name: self.file, title: self.title, table, picture: svg, size, head: HEAD }
     }
 
     fn chart(&self, svg: &mut Svg, x: Axis, track: &Track) {
@@ -101,14 +88,7 @@ impl Timeline<'_> {
             svg.rect("failed", [from, TOP], [(to - from).max(1.0), CHART]);
         }
         for value in [0.0, 0.5, 1.0] {
-            svg.line("grid", [LEFT, y.at(value)], [LEFT + WIDTH, y.at(value)]);
-            svg.text(
-                [LEFT - 8.0, y.at(value) + 4.0],
-                11.0,
-                "soft",
-                Anchor::End,
-                &format!("{value:.1}"),
-            );
+            y.grid_line(svg, value, x.pixels, 11.0);
         }
         svg.text([12.0, y.at(0.5) + 4.0], 12.0, "soft", Anchor::Start, "overlap");
         if let Some(range) = &track.range {
@@ -289,9 +269,7 @@ fn class_runs<T: Copy>(
 
 /// Draws frame numbers at round steps.
 fn ticks(svg: &mut Svg, x: Axis, y: f64, frames: usize) {
-    let steps = (0..7).flat_map(|power| [1, 2, 5].map(|digit| digit * 10_usize.pow(power)));
-    let step = steps.into_iter().find(|&step| step * 8 >= frames).unwrap_or(frames.max(1));
-    for frame in (0..frames).step_by(step) {
+    for frame in (0..frames).step_by(round_step(frames as f64 / 8.0)) {
         svg.text([x.at(frame as f64), y], 11.0, "soft", Anchor::Middle, &frame.to_string());
     }
     svg.text([12.0, y], 11.0, "soft", Anchor::Start, "frame");
@@ -348,7 +326,8 @@ mod tests {
             Track { name: "a", style: LineStyle::FIRST, mean, range: None, auc: 0.5, statuses };
         let timeline =
             Timeline { file: "f".into(), title: "t".into(), tracks: vec![track], failures: &[] };
-        let (plot, svg) = (timeline.plot(), timeline.plot().svg());
+        let plot = timeline.plot();
+        let svg = plot.svg();
         assert_eq!(plot.csv(), "frame,a,status of a\n0,1.0000,tracked\n1,,lost\n2,0.0000,lost\n");
         assert!(svg.contains(">status</text>") && svg.contains(">uncertain</text>"));
         assert_eq!(svg.matches("class=\"s1\"").count(), 1, "only in the legend");
