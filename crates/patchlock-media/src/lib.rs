@@ -23,7 +23,6 @@ mod child;
 pub mod colour;
 mod confine;
 mod error;
-mod external_decoder;
 mod external_encoder;
 #[cfg(all(test, target_os = "linux"))]
 mod fake_ffmpeg;
