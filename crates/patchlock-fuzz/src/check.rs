@@ -1,9 +1,11 @@
 //! What must hold of errors, boxes and estimates.
 
-use std::fmt::Display;
+use std::fmt::{Debug, Display};
 
 use patchlock::{BoundingBox, Estimate, Frame};
 use patchlock_media::{Picture, Pixels};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 
 /// The text of an error, which must have one.
 pub fn said(error: impl Display) -> String {
@@ -15,6 +17,17 @@ pub fn said(error: impl Display) -> String {
 /// The value, or `None` for an error, which must have a text.
 pub fn accepted<T, E: Display>(result: Result<T, E>) -> Option<T> {
     result.map_err(said).ok()
+}
+
+/// A value as JSON, and as it is read again, which must be the same.
+pub fn through_text<T>(value: &T) -> (String, T)
+where
+    T: Serialize + DeserializeOwned + PartialEq + Debug,
+{
+    let text = serde_json::to_string(value).expect("can be written");
+    let read: T = serde_json::from_str(&text).expect("what was written can be read");
+    assert_eq!(read, *value);
+    (text, read)
 }
 
 /// All numbers of a box are finite.

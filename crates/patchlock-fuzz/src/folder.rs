@@ -139,7 +139,7 @@ const TEXTS: [&str; 5] = [
 pub fn folder(data: &[u8]) {
     let scratch = Scratch::new();
     let (outside, inside) = (scratch.folder().join("outside"), scratch.folder().join("inside"));
-    fill_outside(&outside);
+    fill_outside(&scratch);
     fs::create_dir(&inside).expect("makes a folder");
     let mut at = inside.clone();
     let mut data = Unstructured::new(data);
@@ -148,9 +148,8 @@ pub fn folder(data: &[u8]) {
         add(&inside, &outside, &mut at, (name, what));
     }
     let before = tree(scratch.folder());
-    for folder in before.iter().filter(|(_, state)| **state == State::Folder).map(|(path, _)| path)
-    {
-        if folder.starts_with(&inside) {
+    for (folder, state) in &before {
+        if *state == State::Folder && folder.starts_with(&inside) {
             read(folder);
             copied(folder, &scratch.folder().join("out"));
         }
@@ -159,19 +158,18 @@ pub fn folder(data: &[u8]) {
 }
 
 /// What is not of the folder: frames, a project of them, and a secret.
-fn fill_outside(outside: &Path) {
-    frames_outside(outside);
-    fs::write(outside.join("secret"), SECRET).expect("writes a file");
-    let project = project_of(&outside.join("frames"));
-    fs::write(outside.join("clip.patchlock.json"), project).expect("writes a file");
+fn fill_outside(scratch: &Scratch) {
+    frames_of_others(scratch, "outside/frames");
+    scratch.file("outside/secret", SECRET);
+    let project = project_of(&scratch.folder().join("outside/frames"));
+    scratch.file("outside/clip.patchlock.json", project.as_bytes());
 }
 
-fn frames_outside(folder: &Path) {
-    fs::create_dir_all(folder.join("frames")).expect("makes a folder");
+fn frames_of_others(scratch: &Scratch, folder: &str) {
     for k in 0..2 {
         let image = RgbImage::from_pixel(SIZE[0], SIZE[1], COLOUR.into());
         let image = encoded(ImageFormat::Bmp, &DynamicImage::from(image));
-        fs::write(folder.join(format!("frames/{k:04}.bmp")), image).expect("writes a file");
+        scratch.file(&format!("{folder}/{k:04}.bmp"), &image);
     }
 }
 
@@ -179,7 +177,7 @@ fn frames_outside(folder: &Path) {
 fn project_of(video: &Path) -> String {
     static PROJECT: LazyLock<String> = LazyLock::new(|| {
         let scratch = Scratch::new();
-        frames_outside(scratch.folder());
+        frames_of_others(&scratch, "frames");
         let file = scratch.folder().join("clip.json");
         let frames = scratch.folder().join("frames");
         let mut store = Store::create(&file, &frames).expect("is a video");

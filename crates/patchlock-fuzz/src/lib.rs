@@ -41,30 +41,17 @@ pub use trax::trax;
 /// A surface: it takes any bytes.
 pub type Surface = fn(&[u8]);
 
+macro_rules! by_name {
+    ($($surface:ident)*) => {
+        &[$((stringify!($surface), $surface)),*]
+    };
+}
+
 /// All surfaces by name.
-pub const SURFACES: &[(&str, Surface)] = &[
-    ("mp4", mp4),
-    ("h264", h264),
-    ("y4m", y4m),
-    ("images", images),
-    ("truth", truth),
-    ("results", results),
-    ("boxes", boxes),
-    ("tracks", tracks),
-    ("imports", imports),
-    ("settings", settings),
-    ("snapshot_robust", snapshot_robust),
-    ("snapshot_paper", snapshot_paper),
-    ("snapshot_network", snapshot_network),
-    ("snapshot_packed", snapshot_packed),
-    ("model", model),
-    ("trax", trax),
-    ("project", project),
-    ("labels", labels),
-    ("server", server),
-    ("library", library),
-    ("folder", folder),
-];
+pub const SURFACES: &[(&str, Surface)] = by_name! {
+    mp4 h264 y4m images truth results boxes tracks imports settings snapshot_robust snapshot_paper
+    snapshot_network snapshot_packed model trax project labels server library folder
+};
 
 /// The ONNX files of small networks with made-up weights: the backbone and the head of a NanoTrack,
 /// and a VitTrack.

@@ -82,9 +82,7 @@ pub fn edited(file: &[u8], edits: &[u8]) -> Vec<u8> {
             _ => change(&mut parent[k].content, number, value),
         }
     }
-    let mut out = Vec::new();
-    write(&fields, &mut out);
-    out
+    written(&fields)
 }
 
 fn change(content: &mut Content, number: u64, value: u8) {
@@ -169,41 +167,32 @@ fn varint(data: &mut &[u8]) -> Option<u64> {
     None
 }
 
-fn write(fields: &[Field], out: &mut Vec<u8>) {
+fn written(fields: &[Field]) -> Vec<u8> {
+    let mut out = Vec::new();
     for Field { number, content } in fields {
-        let mut held = Vec::new();
-        let kind = match content {
-            Content::Number(number) => {
-                put(*number, &mut held);
-                0
-            }
-            Content::Fixed(bytes) => {
-                held.extend(bytes);
-                if bytes.len() == 8 { 1 } else { 5 }
-            }
-            Content::Bytes(bytes) => {
-                held.extend(bytes);
-                2
-            }
-            Content::Message(fields) => {
-                write(fields, &mut held);
-                2
-            }
+        let (kind, held) = match content {
+            Content::Number(number) => (0, varint_of(*number)),
+            Content::Fixed(bytes) => (if bytes.len() == 8 { 1 } else { 5 }, bytes.clone()),
+            Content::Bytes(bytes) => (2, bytes.clone()),
+            Content::Message(fields) => (2, written(fields)),
         };
-        put(number << 3 | kind, out);
+        out.extend(varint_of(number << 3 | kind));
         if kind == 2 {
-            put(held.len() as u64, out);
+            out.extend(varint_of(held.len() as u64));
         }
         out.extend(held);
     }
+    out
 }
 
-fn put(mut value: u64, out: &mut Vec<u8>) {
+fn varint_of(mut value: u64) -> Vec<u8> {
+    let mut bytes = Vec::new();
     while value >= 0x80 {
-        out.push(value as u8 | 0x80);
+        bytes.push(value as u8 | 0x80);
         value >>= 7;
     }
-    out.push(value as u8);
+    bytes.push(value as u8);
+    bytes
 }
 
 #[cfg(test)]

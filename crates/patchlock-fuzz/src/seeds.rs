@@ -8,8 +8,8 @@ use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
 use image::{DynamicImage, ImageFormat};
 use patchlock::{
-    BoundingBox, Frame, Method, MultiSnapshot, MultiTracker, PatchModelConfig, Preset, Snapshot,
-    Status, Tracker, TrackerConfig,
+    BoundingBox, Frame, Method, MultiTracker, PatchModelConfig, Preset, Status, Tracker,
+    TrackerConfig,
 };
 use patchlock_media::{FrameRate, Mp4Writer};
 use patchlock_studio::project::{Edit, Store};
@@ -21,19 +21,12 @@ use crate::library::{pattern, small};
 use crate::scratch::Scratch;
 use crate::{MADE_UP, SEPARATOR, made_up_network};
 
-/// The export format of this name.
-fn format_named(name: &str) -> export::Format {
-    export::Format::named(name).unwrap()
-}
-
 /// The seeds of a surface; none for a name that is not one.
 pub fn seeds(surface: &str) -> Vec<Vec<u8>> {
     match surface {
-        "mp4" => videos().into_iter().flat_map(|file| with_choices(&[0, 1], &file)).collect(),
-        "h264" => {
-            videos().iter().flat_map(|file| with_choices(&[0, 1, 2], &stream(file))).collect()
-        }
-        "y4m" => y4m().into_iter().flat_map(|file| with_choices(&[0, 1, 2, 3], &file)).collect(),
+        "mp4" => with_choices(&[0, 1], &videos()),
+        "h264" => with_choices(&[0, 1, 2], &videos().map(|file| stream(&file))),
+        "y4m" => with_choices(&[0, 1, 2, 3], &y4m()),
         "images" => images(),
         "truth" => truth(),
         "results" => results(),
@@ -41,11 +34,11 @@ pub fn seeds(surface: &str) -> Vec<Vec<u8>> {
         "tracks" => tracks(),
         "imports" => [imports(), deep(&[0, 2, 3])].concat(),
         "settings" => [settings(), deep(&[0, 3])].concat(),
-        "snapshot_robust" => snapshots(Preset::Robust, &text),
-        "snapshot_paper" => snapshots(Preset::Paper, &text),
-        "snapshot_network" => snapshots(Preset::Network, &text),
+        "snapshot_robust" => snapshots(Preset::Robust, false),
+        "snapshot_paper" => snapshots(Preset::Paper, false),
+        "snapshot_network" => snapshots(Preset::Network, false),
         "snapshot_packed" => {
-            Preset::ALL.into_iter().flat_map(|preset| snapshots(preset, &packed)).collect()
+            Preset::ALL.into_iter().flat_map(|preset| snapshots(preset, true)).collect()
         }
         "model" => models(),
         "trax" => trax(),
@@ -66,12 +59,16 @@ fn deep(choices: &[u8]) -> Vec<Vec<u8>> {
         format!("[{}a]", "a.".repeat(4000)),
         "<annotations>".to_owned() + &"<a>".repeat(4000),
     ];
-    texts.iter().flat_map(|text| with_choices(choices, text.as_bytes())).collect()
+    with_choices(choices, &texts)
 }
 
-/// The input once with each of these first bytes.
-fn with_choices(choices: &[u8], data: &[u8]) -> Vec<Vec<u8>> {
-    choices.iter().map(|choice| [&[*choice], data].concat()).collect()
+/// Each input once with each of these first bytes.
+fn with_choices(choices: &[u8], inputs: &[impl AsRef<[u8]>]) -> Vec<Vec<u8>> {
+    let mut all = Vec::new();
+    for input in inputs {
+        all.extend(choices.iter().map(|choice| [&[*choice], input.as_ref()].concat()));
+    }
+    all
 }
 
 /// The input with a first byte, and parts that are divided by separators.
@@ -117,24 +114,19 @@ fn images() -> Vec<Vec<u8>> {
     .concat()
 }
 
-fn videos() -> Vec<Vec<u8>> {
+fn videos() -> [Vec<u8>; 4] {
     let video = |width: usize, height: usize, frames: usize, expected: Option<usize>| {
         let rate = FrameRate { frames: 25, seconds: 1 };
         let out = Cursor::new(Vec::new());
-        let mut writer = Mp4Writer::with_quantiser(out, width, height, rate, expected, 40);
-        let writer_ref = writer.as_mut().expect("begins");
+        let writer = Mp4Writer::with_quantiser(out, width, height, rate, expected, 40);
+        let mut writer = writer.expect("begins");
         for k in 0..frames {
-            writer_ref.push(&rgb(width, height, k as u8 * 3)).expect("encodes");
+            writer.push(&rgb(width, height, k as u8 * 3)).expect("encodes");
         }
-        writer.expect("begins").finish().expect("completes").into_inner()
+        writer.finish().expect("completes").into_inner()
     };
     let bframes = include_bytes!("../../patchlock-media/tests/data/bframes.mp4");
-    vec![
-        video(32, 32, 3, None),
-        video(64, 48, 5, Some(5)),
-        video(50, 30, 1, None),
-        bframes.to_vec(),
-    ]
+    [video(32, 32, 3, None), video(64, 48, 5, Some(5)), video(50, 30, 1, None), bframes.to_vec()]
 }
 
 /// The units of an MP4 of ours, each after a start code.
@@ -166,7 +158,7 @@ fn stream(file: &[u8]) -> Vec<u8> {
     out
 }
 
-fn y4m() -> Vec<Vec<u8>> {
+fn y4m() -> [Vec<u8>; 6] {
     let file = |format: &str, bytes: usize| {
         let frame = |k: u8| [b"FRAME\n".to_vec(), pattern(bytes, 1, k)].concat();
         let header = format!(" W16 H8 F25:1 Ip A1:1 {format} XCOLORRANGE=FULL\n");
@@ -174,7 +166,7 @@ fn y4m() -> Vec<Vec<u8>> {
     };
     let formats =
         [("C420jpeg", 192), ("C422", 256), ("C444", 384), ("C411", 192), ("Cmono", 128), ("", 192)];
-    formats.into_iter().map(|(format, bytes)| file(format, bytes)).collect()
+    formats.map(|(format, bytes)| file(format, bytes))
 }
 
 const TRUTH: &str = "10,5,30,20\n11,6,30,20\n12.5,7.25,30,20\nNaN,NaN,NaN,NaN\n14,9,31,21\n";
@@ -271,7 +263,8 @@ fn tracks() -> Vec<Vec<u8>> {
 
 fn imports() -> Vec<Vec<u8>> {
     let scratch = Scratch::new();
-    let written = |format: export::Format| {
+    let written = |format: &str| {
+        let format = export::Format::named(format).expect("is known");
         let options = export::Options {
             label: "car".to_owned(),
             size: Some((640, 480)),
@@ -293,10 +286,10 @@ fn imports() -> Vec<Vec<u8>> {
     vec![
         joined(Some(0), &[own]),
         joined(Some(0), &[&lines]),
-        joined(Some(1), &[&written(format_named("mot"))]),
+        joined(Some(1), &[&written("mot")]),
         joined(Some(1), &[truth]),
-        joined(Some(2), &[&written(format_named("cvat"))]),
-        joined(Some(3), &[&written(format_named("coco"))]),
+        joined(Some(2), &[&written("cvat")]),
+        joined(Some(3), &[&written("coco")]),
         joined(Some(3), &[&results]),
     ]
 }
@@ -353,28 +346,19 @@ fn shrink(patches: &mut PatchModelConfig) {
 
 const TARGET: BoundingBox = BoundingBox { x: 4.0, y: 2.0, w: 14.0, h: 11.0 };
 
-/// A snapshot of one target, or of many.
-#[derive(Serialize)]
-#[serde(untagged)]
-enum AnySnapshot {
-    One(Box<Snapshot>),
-    Many(Box<MultiSnapshot>),
-}
-
-/// A snapshot as text.
-fn text(saved: &AnySnapshot) -> Vec<u8> {
+/// A snapshot as text, or packed as bytes.
+fn saved(snapshot: &impl Serialize, packed: bool) -> Vec<u8> {
+    if packed {
+        return rmp_serde::to_vec_named(snapshot).expect("a snapshot can be written");
+    }
     // Not by `serde_json::Value`, which has no whole numbers of 128 bits.
-    serde_json::to_vec(saved).expect("a snapshot can be written")
+    serde_json::to_vec(snapshot).expect("a snapshot can be written")
 }
 
-/// A snapshot as bytes.
-fn packed(saved: &AnySnapshot) -> Vec<u8> {
-    rmp_serde::to_vec_named(saved).expect("a snapshot can be written")
-}
-
-fn snapshots(preset: Preset, write: &dyn Fn(&AnySnapshot) -> Vec<u8>) -> Vec<Vec<u8>> {
-    let one = |tracker: &Tracker| write(&AnySnapshot::One(Box::new(tracker.snapshot())));
-    let many = |tracker: &MultiTracker| write(&AnySnapshot::Many(Box::new(tracker.snapshot())));
+/// Snapshots of one target and of several, packed or not.
+fn snapshots(preset: Preset, packed: bool) -> Vec<Vec<u8>> {
+    let one = |tracker: &Tracker| saved(&tracker.snapshot(), packed);
+    let many = |tracker: &MultiTracker| saved(&tracker.snapshot(), packed);
     let (begun, after_four) = (tracker(preset, 0), tracker(preset, 4));
     let mut several = MultiTracker::new(begun.config().clone()).expect("is valid");
     let none = many(&several);

@@ -1,11 +1,13 @@
 //! Saved trackers, as text and as bytes.
 
+use std::fmt::Display;
+
 use patchlock::{
     Error, Frame, MultiSnapshot, MultiTracker, Preset, Snapshot, Tracker, TrackerConfig,
 };
 use serde_json::Value;
 
-use crate::check::{accepted, estimate};
+use crate::check::{accepted, estimate, through_text};
 use crate::library::{is_quick, pattern};
 use crate::made_up_network;
 
@@ -16,29 +18,22 @@ const UPDATES: usize = 2;
 
 /// A snapshot of the preset `robust`.
 pub fn snapshot_robust(data: &[u8]) {
-    restored(data, Preset::Robust);
+    of_preset(data, Preset::Robust);
 }
 
 /// A snapshot of the preset `paper`.
 pub fn snapshot_paper(data: &[u8]) {
-    restored(data, Preset::Paper);
+    of_preset(data, Preset::Paper);
 }
 
 /// A snapshot of the preset `network`, whose network is the made-up one.
 pub fn snapshot_network(data: &[u8]) {
-    restored(data, Preset::Network);
+    of_preset(data, Preset::Network);
 }
 
 /// A snapshot of any preset in MessagePack, as pickles of the Python package have it.
 pub fn snapshot_packed(data: &[u8]) {
-    if let Some(snapshot) = accepted(rmp_serde::from_slice::<Snapshot>(data)) {
-        let tracker = accepted(one_restored(snapshot));
-        tracker.filter(|tracker| is_quick(tracker.config())).into_iter().for_each(one);
-    }
-    if let Some(snapshot) = accepted(rmp_serde::from_slice::<MultiSnapshot>(data)) {
-        let tracker = accepted(many_restored(snapshot));
-        tracker.filter(|tracker| is_quick(tracker.config())).into_iter().for_each(many);
-    }
+    restored(rmp_serde::from_slice(data), rmp_serde::from_slice(data), is_quick);
 }
 
 /// A tracker that continues from a snapshot, with a network if it needs one.
@@ -56,22 +51,25 @@ fn many_restored(snapshot: MultiSnapshot) -> Result<MultiTracker, Error> {
     }
 }
 
-/// Reads a snapshot, of one target or of many. If a tracker continues from it, it tracks, and its
-/// own snapshot is read again. Snapshots of another method than the preset's have a surface of
-/// their own.
-fn restored(text: &[u8], preset: Preset) {
-    let of_preset = TrackerConfig::from(preset);
-    let kept = |config: &TrackerConfig| {
-        config.method.name() == of_preset.method.name() && is_quick(config)
-    };
-    if let Some(snapshot) = accepted(serde_json::from_slice::<Snapshot>(text)) {
-        let tracker = accepted(one_restored(snapshot));
-        tracker.filter(|tracker| kept(tracker.config())).into_iter().for_each(one);
-    }
-    if let Some(snapshot) = accepted(serde_json::from_slice::<MultiSnapshot>(text)) {
-        let tracker = accepted(many_restored(snapshot));
-        tracker.filter(|tracker| kept(tracker.config())).into_iter().for_each(many);
-    }
+/// A snapshot as text. Those of another method than the preset's have a surface of their own.
+fn of_preset(text: &[u8], preset: Preset) {
+    let method = TrackerConfig::from(preset).method;
+    restored(serde_json::from_slice(text), serde_json::from_slice(text), |config| {
+        config.method.name() == method.name() && is_quick(config)
+    });
+}
+
+/// Continues from a snapshot, of one target or of many, as far as it could be read. A tracker whose
+/// configuration is `kept` tracks, and its own snapshot is read again.
+fn restored<E: Display>(
+    of_one: Result<Snapshot, E>,
+    of_many: Result<MultiSnapshot, E>,
+    kept: impl Fn(&TrackerConfig) -> bool,
+) {
+    let tracker = accepted(of_one).and_then(|snapshot| accepted(one_restored(snapshot)));
+    tracker.filter(|tracker| kept(tracker.config())).into_iter().for_each(one);
+    let tracker = accepted(of_many).and_then(|snapshot| accepted(many_restored(snapshot)));
+    tracker.filter(|tracker| kept(tracker.config())).into_iter().for_each(many);
 }
 
 /// The size of the frames in the text of a snapshot, if frames of it can be made here.
@@ -83,10 +81,7 @@ fn frame_size(text: &str) -> Option<[usize; 2]> {
 
 fn one(mut tracker: Tracker) {
     for k in 0..UPDATES {
-        let snapshot = tracker.snapshot();
-        let text = serde_json::to_string(&snapshot).expect("a snapshot can be written");
-        let read: Snapshot = serde_json::from_str(&text).expect("what was written can be read");
-        assert_eq!(read, snapshot);
+        let (text, read) = through_text(&tracker.snapshot());
         let mut twin = one_restored(read).expect("what was written can be restored");
         let Some([width, height]) = frame_size(&text) else { return };
         let pixels = pattern(width, height, k as u8);
@@ -99,10 +94,7 @@ fn one(mut tracker: Tracker) {
 }
 
 fn many(mut tracker: MultiTracker) {
-    let snapshot = tracker.snapshot();
-    let text = serde_json::to_string(&snapshot).expect("a snapshot can be written");
-    let read: MultiSnapshot = serde_json::from_str(&text).expect("what was written can be read");
-    assert_eq!(read, snapshot);
+    let (text, read) = through_text(&tracker.snapshot());
     accepted(many_restored(read)).expect("what was written can be restored");
     let Some([width, height]) = frame_size(&text) else { return };
     let pixels = pattern(width, height, 3);

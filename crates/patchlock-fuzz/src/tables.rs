@@ -196,12 +196,12 @@ pub fn imports(data: &[u8]) {
     let Some(imported) = accepted(import::read(format, rest, store.project(), &[])) else { return };
     let edits = imported.edits(&store.project().labels);
     if accepted(store.apply(edits)).is_some() {
-        store.project().targets.iter().for_each(boxes_of);
+        store.project().targets.iter().for_each(finite_boxes);
         exported(store.project());
     }
 }
 
-fn boxes_of(target: &Target) {
+pub fn finite_boxes(target: &Target) {
     target.keys.values().for_each(|key| finite(key.bbox));
     target.tracked.values().for_each(|tracked| finite(tracked.bbox));
 }

@@ -118,7 +118,7 @@ fn kill_group(leader: &Child) {
 fn kill_group(_: &Child) {}
 
 /// A panic cannot leave these values in an inconsistent state.
-fn locked<T>(value: &Mutex<T>) -> MutexGuard<'_, T> {
+pub fn locked<T>(value: &Mutex<T>) -> MutexGuard<'_, T> {
     value.lock().unwrap_or_else(PoisonError::into_inner)
 }
 

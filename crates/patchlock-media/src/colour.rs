@@ -4,9 +4,10 @@ use pulp::{Arch, NullaryFnOnce};
 use rusty_h264::YuvFrame;
 
 /// The standard that defines the weights of red and blue in luma.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Matrix {
     /// ITU-R BT.601, used for standard definition.
+    #[default]
     Bt601,
     /// ITU-R BT.709, used for high definition.
     Bt709,
@@ -35,18 +36,12 @@ impl Matrix {
 }
 
 /// How sample values map to colours.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Colour {
     /// The luma weights.
     pub matrix: Matrix,
     /// Whether luma covers 0..=255 (full range) instead of 16..=235 (limited range).
     pub full_range: bool,
-}
-
-impl Default for Colour {
-    fn default() -> Self {
-        Self { matrix: Matrix::Bt601, full_range: false }
-    }
 }
 
 /// The planes of one picture, row by row without padding. The chroma planes are empty for grey

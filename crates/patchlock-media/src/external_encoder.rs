@@ -23,7 +23,12 @@ pub struct ExternalEncoder {
     /// `None` after the last frame.
     input: Option<ChildStdin>,
     units: Receiver<Vec<u8>>,
+    /// Those of the frames that have not come out.
+    times: VecDeque<Option<f64>>,
 }
+
+/// An encoded picture, and when it is shown in seconds.
+type Encoded = (Vec<u8>, Option<f64>);
 
 impl ExternalEncoder {
     /// Starts an encoder for frames of this size, which is even; `None` if there is none on this
@@ -37,9 +42,8 @@ impl ExternalEncoder {
     /// Encodes a small picture.
     fn works() -> Option<()> {
         let mut encoder = Self::run([64, 64], 30, 1)?;
-        encoder.push(&YuvFrame::black(64, 64)).ok()?;
-        let units = encoder.finish().ok()?;
-        (units.len() == 1).then_some(())
+        encoder.push(&YuvFrame::black(64, 64), None).ok()?;
+        encoder.finish().map(drop).ok()
     }
 
     fn run([width, height]: [usize; 2], quantiser: u8, keyframe_every: u32) -> Option<Self> {
@@ -57,42 +61,50 @@ impl ExternalEncoder {
         let (input, output) = (child.stdin.take(), child.stdout.take());
         let process = ChildGuard::new(child);
         let units = split(output?);
-        Some(Self { process, input: Some(input?), units })
+        Some(Self { process, input: Some(input?), units, times: VecDeque::new() })
     }
 
     /// Encodes a frame more.
     ///
     /// # Errors
     /// [`Error::Encode`] if ffmpeg has ended.
-    pub fn push(&mut self, frame: &YuvFrame) -> Result<(), Error> {
+    pub fn push(&mut self, frame: &YuvFrame, time: Option<f64>) -> Result<(), Error> {
         let Some(input) = &mut self.input else { return Err(ended()) };
         let planes = [&frame.y, &frame.u, &frame.v];
-        planes.into_iter().try_for_each(|plane| input.write_all(plane)).map_err(|_| ended())
+        planes.into_iter().try_for_each(|plane| input.write_all(plane)).map_err(|_| ended())?;
+        self.times.push_back(time);
+        Ok(())
     }
 
     /// The pictures that are ready.
-    pub fn ready(&self) -> Vec<Vec<u8>> {
-        self.units.try_iter().collect()
+    pub fn ready(&mut self) -> Vec<Encoded> {
+        self.units.try_iter().map(|unit| (unit, self.times.pop_front().flatten())).collect()
     }
 
     /// Waits for the pictures that are not ready yet.
     ///
     /// # Errors
-    /// [`Error::Encode`] if ffmpeg has failed.
-    pub fn finish(&mut self) -> Result<VecDeque<Vec<u8>>, Error> {
+    /// [`Error::Encode`] if ffmpeg has failed, or left out frames.
+    pub fn finish(&mut self) -> Result<Vec<Encoded>, Error> {
         self.input = None;
-        let mut units = VecDeque::new();
+        let mut units = Vec::new();
         loop {
             match self.units.recv_timeout(limits::SILENCE) {
-                Ok(unit) => units.push_back(unit),
+                Ok(unit) => units.push(unit),
                 Err(mpsc::RecvTimeoutError::Disconnected) => break,
                 Err(mpsc::RecvTimeoutError::Timeout) => return Err(ended()),
             }
         }
         match self.process.end(limits::SILENCE) {
-            Ok(status) if status.success() => Ok(units),
-            _ => Err(ended()),
+            Ok(status) if status.success() => {}
+            _ => return Err(ended()),
         }
+        let waiting = self.times.len();
+        if units.len() != waiting {
+            let lost = format!("ffmpeg has encoded {} of {waiting} frames", units.len());
+            return Err(Error::Encode(lost));
+        }
+        Ok(units.into_iter().zip(self.times.drain(..)).collect())
     }
 }
 

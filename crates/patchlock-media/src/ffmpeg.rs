@@ -70,27 +70,14 @@ pub fn open(
     times: Option<Vec<i64>>,
     program: Program,
 ) -> Result<Box<dyn FrameSource>, Error> {
-    let info = VideoInfo::of(path, reason, limits, &program)?;
     let (path, reason) = (path.to_path_buf(), reason.to_string());
-    let task = Task { program, path, reason, limits, matrix: info.matrix };
+    let mut task = Task { program, path, reason, limits, matrix: None };
+    let info = VideoInfo::of(&task)?;
+    task.matrix = info.matrix;
     Ok(Box::new(Video::open(task, info, times, reverse)?))
 }
 
 impl Program {
-    /// A command line up to the input. With `from`, decoding starts there. Times are those of the
-    /// file.
-    fn command(
-        &self,
-        path: &Path,
-        level: &str,
-        from: Option<i64>,
-        limits: Limits,
-    ) -> Result<Command, Error> {
-        let mut command = self.empty(level, limits);
-        Self::add_input(&mut command, path, from)?;
-        Ok(command)
-    }
-
     /// A command line without an input.
     pub(crate) fn empty(&self, level: &str, limits: Limits) -> Command {
         let mut command = Command::new(&self.name);
@@ -101,7 +88,7 @@ impl Program {
         command
     }
 
-    /// Adds a file as the input.
+    /// Adds a file as the input. With `from`, decoding starts there. Times are those of the file.
     pub(crate) fn add_input(
         command: &mut Command,
         path: &Path,
@@ -153,26 +140,25 @@ struct VideoInfo {
 
 impl VideoInfo {
     /// Decodes one frame. Errors but silence are left to the process that decodes all.
-    fn of(path: &Path, reason: &str, limits: Limits, program: &Program) -> Result<Self, Error> {
-        let mut command = program.command(path, "info", None, limits)?;
+    fn of(task: &Task) -> Result<Self, Error> {
+        let mut command = task.command("info", None)?;
         command
             .args(["-frames:v", "1", "-vf", "showinfo", "-f", "null", "-"])
             .stdout(Stdio::null())
             .stderr(Stdio::piped());
-        let started = program.spawn(&mut command, path, limits);
-        let mut child = started.map_err(|error| cannot_start(error, path, reason))?;
+        let mut child = task.spawn(&mut command)?;
         let errors = child.stderr.take();
         // What it prints is all that matters; it is killed in the end.
         let _process = ChildGuard::new(child);
         let mut info = Self::default();
         let mut one_each = false;
         let Some(errors) = errors else { return Ok(info) };
-        let mut errors = BufReader::new(TimeoutReader::new(errors, program.timeout));
+        let mut errors = BufReader::new(TimeoutReader::new(errors, task.program.timeout));
         loop {
             let line = match y4m::piece_of_line(&mut errors) {
                 Ok(Some(line)) => line,
                 Err(error) if error.kind() == io::ErrorKind::TimedOut => {
-                    return Err(Error::unreadable_in(Container::Other, path.display(), error));
+                    return Err(Error::unreadable_in(Container::Other, task.name(), error));
                 }
                 Ok(None) | Err(_) => return Ok(info),
             };
@@ -223,16 +209,6 @@ pub(crate) fn matrix(name: &str) -> Option<Matrix> {
         "bt470bg" | "smpte170m" | "fcc" | "gbr" => Some(Matrix::Bt601),
         "bt2020nc" | "bt2020c" => Some(Matrix::Bt2020),
         _ => None,
-    }
-}
-
-/// The error for a process that did not start.
-fn cannot_start(error: io::Error, path: &Path, reason: &str) -> Error {
-    match error.kind() {
-        io::ErrorKind::NotFound => {
-            Error::FfmpegMissing { path: path.to_path_buf(), reason: reason.to_string() }
-        }
-        _ => Error::unreadable(path.display(), format!("ffmpeg does not start: {error}")),
     }
 }
 

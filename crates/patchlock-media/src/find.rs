@@ -17,9 +17,9 @@ use crate::{
 };
 
 /// What a name leads to.
-pub enum OpenedSource {
+pub enum OpenedSource<S = Box<dyn FrameSource>> {
     /// A source that this crate reads.
-    Source(Box<dyn FrameSource>),
+    Source(S),
     /// A file for ffmpeg.
     ForFfmpeg {
         /// Why it is needed, with the file as the subject.
@@ -30,7 +30,7 @@ pub enum OpenedSource {
 }
 
 impl OpenedSource {
-    fn source(source: impl FrameSource + 'static) -> Self {
+    pub fn source(source: impl FrameSource + 'static) -> Self {
         Self::Source(Box::new(source))
     }
 }

@@ -20,11 +20,7 @@ pub fn decoding<T>(decode: impl FnOnce() -> T) -> Result<T, DecoderPanic> {
     let outer = DECODING.replace(true);
     let decoded = catch_unwind(AssertUnwindSafe(decode));
     DECODING.set(outer);
-    AFTER_EACH.with_borrow_mut(|call| {
-        if let Some(call) = call {
-            call();
-        }
-    });
+    AFTER_EACH.with_borrow_mut(|call| call.iter_mut().for_each(|call| call()));
     decoded.map_err(|_| DecoderPanic)
 }
 

@@ -6,10 +6,9 @@ use std::iter;
 
 /// Type of the NAL units that hold a sequence parameter set.
 pub const PARAMETER_SET: u8 = 7;
-/// Types of the NAL units that hold a part of a picture.
-pub const SLICES: [u8; 2] = [1, IDR_SLICE];
-/// Type of the NAL units of a picture from which a decoder can always start.
-pub const IDR_SLICE: u8 = 5;
+/// Types of the NAL units that hold a part of a picture; the second, of one from which a decoder can
+/// always start.
+const SLICES: [u8; 2] = [1, 5];
 /// Side of a macroblock in pixels.
 const MACROBLOCK: usize = 16;
 

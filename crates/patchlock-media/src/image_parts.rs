@@ -91,7 +91,7 @@ pub fn check_tiff(source: Source, file: u64) -> Result<(), LoadError> {
     let place = if is_tiled { place } else { (place.0, place.1.min(image.1)) };
     let padded = |whole: usize, part: usize| whole.next_multiple_of(part.max(1));
     let tiled = padded(image.0, place.0).saturating_mul(padded(image.1, place.1));
-    if tiled > area(image).saturating_mul(4).max(TILED_PIXELS) {
+    if tiled > image.0.saturating_mul(image.1).saturating_mul(4).max(TILED_PIXELS) {
         return Err(PartsError::Tiles { tile: place, image }.into());
     }
     let compression = tiff.find_tag_unsigned::<u16>(Tag::Compression).map_err(damaged)?;
@@ -214,10 +214,6 @@ impl<'a> Iterator for Chunks<'a> {
 /// A number whose lowest byte is the first.
 fn le(bytes: &[u8]) -> usize {
     bytes.iter().rev().fold(0, |number, byte| number << 8 | usize::from(*byte))
-}
-
-fn area(size: (usize, usize)) -> usize {
-    size.0.saturating_mul(size.1)
 }
 
 fn sides((width, height): (u32, u32)) -> (usize, usize) {

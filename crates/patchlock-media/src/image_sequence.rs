@@ -164,13 +164,11 @@ fn visible_files(folder: &Path) -> Result<Vec<PathBuf>, Error> {
 
 /// The first subfolder with images: benchmarks often store frames one level deeper.
 fn image_subfolder(folder: &Path) -> Option<PathBuf> {
-    let inner =
-        fs::read_dir(folder).ok()?.flatten().map(|entry| entry.path()).filter(|path| path.is_dir());
-    let mut inner: Vec<_> = inner
-        .filter(|path| visible_files(path).is_ok_and(|f| f.iter().any(|f| is_image(f))))
-        .collect();
-    inner.sort();
-    inner.into_iter().next()
+    let inner = fs::read_dir(folder).ok()?.flatten().map(|entry| entry.path());
+    let has_images = |path: &PathBuf| {
+        path.is_dir() && visible_files(path).is_ok_and(|files| files.iter().any(|f| is_image(f)))
+    };
+    inner.filter(has_images).min()
 }
 
 /// A printf pattern with one number: `%d` or `%0Nd`.

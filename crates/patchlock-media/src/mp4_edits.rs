@@ -12,14 +12,20 @@ pub struct PresentedFrame {
     pub time: i64,
 }
 
+/// Which part of a track is shown when; without edits, all of it.
+pub struct EditList {
+    /// The edits. Their durations are in ticks of the movie.
+    pub edits: Vec<ElstEntry>,
+    /// Ticks of the movie per second.
+    pub timescale: u32,
+}
+
 /// What is shown of pictures with these rising `times`, in ticks of the track. Of each edit, these
-/// are the pictures that begin within it. Durations of edits are in ticks of the movie. There may
-/// be `most` frames.
+/// are the pictures that begin within it. There may be `most` frames.
 pub fn shown(
     times: &[i64],
     timescale: u32,
-    edits: &[ElstEntry],
-    movie_timescale: u32,
+    EditList { edits, timescale: movie_timescale }: &EditList,
     most: usize,
 ) -> Result<Vec<PresentedFrame>, String> {
     if edits.is_empty() {
@@ -30,7 +36,7 @@ pub fn shown(
     let mut begin = 0_i64;
     for edit in edits {
         let ticks = i128::from(edit.edit_duration) * i128::from(timescale);
-        let movie = i128::from(movie_timescale);
+        let movie = i128::from(*movie_timescale);
         let ticks = i64::try_from((ticks + movie / 2) / movie).unwrap_or(i64::MAX);
         // Nothing is shown for a while.
         if edit.media_time < 0 {
@@ -65,7 +71,8 @@ mod tests {
     /// Frames of 100 ticks at 1000 per second; movie ticks are 600 per second.
     fn pairs(edits: &[ElstEntry]) -> Vec<(usize, i64)> {
         let times: Vec<i64> = (2..8).map(|k| k * 100).collect();
-        let frames = shown(&times, 1000, edits, 600, 100).expect("few frames");
+        let list = EditList { edits: edits.to_vec(), timescale: 600 };
+        let frames = shown(&times, 1000, &list, 100).expect("few frames");
         frames.iter().map(|frame| (frame.picture, frame.time)).collect()
     }
 
@@ -84,9 +91,10 @@ mod tests {
 
     #[test]
     fn an_edit_list_cannot_multiply_frames_without_end() {
-        let edits = vec![edit(60_000, 0); 1000];
-        assert!(shown(&[0, 1, 2], 1000, &edits, 600, 100).is_err());
-        let huge = [edit(u64::MAX, i64::MAX), edit(u64::MAX, 0), edit(1, -1)];
-        assert_eq!(shown(&[0, 1], 1000, &huge, 1, 100).expect("two").len(), 2);
+        let list = EditList { edits: vec![edit(60_000, 0); 1000], timescale: 600 };
+        assert!(shown(&[0, 1, 2], 1000, &list, 100).is_err());
+        let edits = vec![edit(u64::MAX, i64::MAX), edit(u64::MAX, 0), edit(1, -1)];
+        let huge = EditList { edits, timescale: 1 };
+        assert_eq!(shown(&[0, 1], 1000, &huge, 100).expect("two").len(), 2);
     }
 }

@@ -2,15 +2,15 @@
 //! each is shown. No count is believed before the bytes behind it were seen.
 
 use std::fs::File;
-use std::io::{self, Read, Seek, SeekFrom};
+use std::io::{Read, Seek, SeekFrom};
 
 use image::metadata::Orientation;
 use shiguredo_mp4::boxes::{
-    ElstEntry, HdlrBox, MdiaBox, MoovBox, MvexBox, MvhdBox, SampleEntry, StblBox, StcoBox, StszBox,
-    TrakBox,
+    HdlrBox, MdiaBox, MoovBox, MvexBox, MvhdBox, SampleEntry, StblBox, StcoBox, StszBox, TrakBox,
 };
 use shiguredo_mp4::{BoxHeader, BoxType, Decode, Either};
 
+use crate::mp4_edits::EditList;
 use crate::{limits, orientation};
 
 /// The reason if one table of the index has fewer entries than another.
@@ -43,10 +43,8 @@ pub struct Track {
     pub duration: u64,
     /// How the pictures are turned before they are shown.
     pub orientation: Orientation,
-    /// Which part of the track is shown when; empty for all of it.
-    pub edits: Vec<ElstEntry>,
-    /// Ticks per second of the durations of edits.
-    pub movie_timescale: u32,
+    /// Which part of the track is shown when.
+    pub edits: EditList,
     /// Whether the file also has a track of sound.
     pub sound: bool,
 }
@@ -99,12 +97,9 @@ fn damaged(error: shiguredo_mp4::Error) -> String {
 
 /// The content of the `moov` box.
 fn find_index(file: &mut File, bytes: u64) -> Result<Vec<u8>, String> {
-    let unreadable = |error: io::Error| error.to_string();
     let mut at = 0;
     while at < bytes {
-        let mut head = Vec::new();
-        file.seek(SeekFrom::Start(at)).map_err(unreadable)?;
-        file.take(BoxHeader::MAX_SIZE as u64).read_to_end(&mut head).map_err(unreadable)?;
+        let head = read_at(file, at, BoxHeader::MAX_SIZE as u64)?;
         let (header, header_bytes) = BoxHeader::decode(&head).map_err(damaged)?;
         let size = match header.box_size.get() {
             0 => bytes - at, // the last box may leave its size open
@@ -117,15 +112,20 @@ fn find_index(file: &mut File, bytes: u64) -> Result<Vec<u8>, String> {
             if size > limits::INDEX_BYTES {
                 return Err(format!("an index (moov box) of {size} bytes is not accepted"));
             }
-            let mut moov = Vec::new();
-            file.seek(SeekFrom::Start(at + header_bytes as u64)).map_err(unreadable)?;
-            let rest = size.saturating_sub(header_bytes as u64);
-            file.take(rest).read_to_end(&mut moov).map_err(unreadable)?;
-            return Ok(moov);
+            let header_bytes = header_bytes as u64;
+            return read_at(file, at + header_bytes, size.saturating_sub(header_bytes));
         }
         at = at.saturating_add(size.max(header_bytes as u64));
     }
     Err("the file has no index (moov box)".to_string())
+}
+
+/// The bytes from this place on, at most `most`.
+fn read_at(file: &mut File, at: u64, most: u64) -> Result<Vec<u8>, String> {
+    let mut bytes = Vec::new();
+    let sought = file.seek(SeekFrom::Start(at));
+    sought.and_then(|_| file.take(most).read_to_end(&mut bytes)).map_err(|e| e.to_string())?;
+    Ok(bytes)
 }
 
 /// Iterates over the boxes in some data: the type and all bytes of each.
@@ -155,6 +155,7 @@ impl Track {
     fn new(track: TrakBox, movie: &MvhdBox, bytes: u64) -> Result<Self, String> {
         let orientation = orientation::of_matrices(&track.tkhd_box.matrix, &movie.matrix);
         let edits = track.edts_box.and_then(|edits| edits.elst_box);
+        let edits = edits.map_or_else(Vec::new, |edits| edits.entries);
         let timescale = track.mdia_box.mdhd_box.timescale.get();
         let mut table = track.mdia_box.minf_box.stbl_box;
         let (mut samples, entry) = places(&table, bytes)?;
@@ -169,8 +170,7 @@ impl Track {
             timescale,
             duration,
             orientation,
-            edits: edits.map_or_else(Vec::new, |edits| edits.entries),
-            movie_timescale: movie.timescale.get(),
+            edits: EditList { edits, timescale: movie.timescale.get() },
             sound: false,
         })
     }

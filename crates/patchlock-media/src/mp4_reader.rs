@@ -26,7 +26,7 @@ use crate::{
 };
 
 use by_ffmpeg::ExternalReader;
-use pictures::{EditList, Pictures, micros};
+use pictures::{Pictures, micros};
 
 pub use pictures::frame_times;
 
@@ -166,8 +166,7 @@ impl Mp4 {
             Some(other) => return Err(OpenError::Codec(format!("{} video", codec_name(&other)))),
         };
         let pictures = Pictures::new(track.samples);
-        let list = EditList { edits: track.edits, timescale: track.movie_timescale };
-        let mut frames = pictures.shown(track.timescale, &list, bytes).map_err(broken)?;
+        let mut frames = pictures.shown(track.timescale, &track.edits, bytes).map_err(broken)?;
         if frames.is_empty() {
             return Err(broken("its edit list shows no frame".into()));
         }
@@ -351,14 +350,13 @@ impl Mp4 {
     /// The error for a frame with this fault. Of a damaged one, it names the next key frame that is
     /// there.
     fn failure(&mut self, fault: Fault, index: usize) -> Error {
-        let error = fault.of(index, &self.name);
-        let Error::Frame { index, name, fault: FrameFault::Damaged, mut reason } = error else {
-            return error;
-        };
-        if let Some(next) = self.next_key_frame(index) {
-            reason = format!("{reason}; the next key frame is {next}");
+        let mut error = fault.of(index, &self.name);
+        if let Error::Frame { fault: FrameFault::Damaged, reason, .. } = &mut error
+            && let Some(next) = self.next_key_frame(index)
+        {
+            *reason += &format!("; the next key frame is {next}");
         }
-        Error::Frame { index, name, fault: FrameFault::Damaged, reason }
+        error
     }
 
     fn next_key_frame(&mut self, index: usize) -> Option<usize> {
@@ -446,10 +444,8 @@ impl FrameSource for Mp4 {
         if let Err(fault) = self.decode_until(picture, keep_from) {
             return Err(self.failure(fault, index));
         }
-        let decoded = self.ready.get(&picture);
-        let shown = decoded.map(|(frame, info)| {
-            let YuvFrame { width, height, y, u, v } = frame;
-            let (width, height) = (*width, *height);
+        let shown = self.ready.get(&picture).map(|(frame, info)| {
+            let &YuvFrame { width, height, ref y, ref u, ref v } = frame;
             let planes = Planes { width, height, y, u, v, subsampling: (2, 2) };
             self.picture(&planes, info).at(Some(seconds))
         });

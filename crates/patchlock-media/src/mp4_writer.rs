@@ -1,6 +1,5 @@
 //! Writes MP4 files with H.264 video: in pure Rust, or with pictures that ffmpeg has encoded.
 
-use std::collections::VecDeque;
 use std::fmt::Display;
 use std::io::{Seek, SeekFrom, Write};
 use std::num::NonZeroU32;
@@ -47,8 +46,7 @@ pub struct Mp4Writer<W: Write + Seek> {
 /// What encodes the pictures.
 enum Coder {
     Own(Box<Encoder>),
-    /// With the times of the frames that are not encoded yet.
-    External(ExternalEncoder, VecDeque<Option<f64>>),
+    External(ExternalEncoder),
 }
 
 impl<W: Write + Seek> Mp4Writer<W> {
@@ -129,7 +127,7 @@ impl<W: Write + Seek> Mp4Writer<W> {
         config.lookahead = 0;
         config.mbtree = false;
         let encoder = match external {
-            Some(external) => Coder::External(external, VecDeque::new()),
+            Some(external) => Coder::External(external),
             None => Coder::Own(Box::new(Encoder::new(config).map_err(|error| {
                 Error::Encode(format!("cannot encode {width} x {height}: {error:?}"))
             })?)),
@@ -196,23 +194,12 @@ impl<W: Write + Seek> Mp4Writer<W> {
                     .map_err(|error| Error::Encode(format!("cannot encode a frame: {error:?}")))?;
                 self.store(&stream, time)
             }
-            Coder::External(encoder, times) => {
-                encoder.push(frame)?;
-                times.push_back(time);
-                let ready = encoder.ready();
-                self.store_all(ready)
+            Coder::External(encoder) => {
+                encoder.push(frame, time)?;
+                let mut ready = encoder.ready().into_iter();
+                ready.try_for_each(|(stream, time)| self.store(&stream, time))
             }
         }
-    }
-
-    /// Writes pictures that ffmpeg has encoded.
-    fn store_all(&mut self, streams: impl IntoIterator<Item = Vec<u8>>) -> Result<(), Error> {
-        for stream in streams {
-            let Coder::External(_, times) = &mut self.encoder else { return Ok(()) };
-            let time = times.pop_front().flatten();
-            self.store(&stream, time)?;
-        }
-        Ok(())
     }
 
     /// Writes an encoded picture.
@@ -274,13 +261,9 @@ impl<W: Write + Seek> Mp4Writer<W> {
     /// # Errors
     /// [`Error::Encode`], [`Error::Write`].
     pub fn finish(mut self) -> Result<W, Error> {
-        if let Coder::External(encoder, times) = &mut self.encoder {
-            let (rest, waiting) = (encoder.finish()?, times.len());
-            if rest.len() != waiting {
-                let lost = format!("ffmpeg has encoded {} of {waiting} frames", rest.len());
-                return Err(Error::Encode(lost));
-            }
-            self.store_all(rest)?;
+        if let Coder::External(encoder) = &mut self.encoder {
+            let mut rest = encoder.finish()?.into_iter();
+            rest.try_for_each(|(stream, time)| self.store(&stream, time))?;
         }
         if let Some((sample, begin)) = self.waiting.take() {
             self.append(sample, begin, None)?;

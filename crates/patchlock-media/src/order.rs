@@ -87,32 +87,28 @@ impl Order {
         &self,
         length: Option<usize>,
     ) -> Result<Box<dyn Iterator<Item = usize> + Send>, Error> {
-        if let Some(length) = length
-            && self.start >= length
-        {
-            return Err(RangeError::Beyond { start: self.start, length: Some(length) }.into());
+        if length.is_some_and(|length| self.start >= length) {
+            return Err(RangeError::Beyond { start: self.start, length }.into());
         }
-        let end = match (self.end, length) {
-            (Some(end), Some(length)) => end.min(length),
-            (Some(end), None) => end,
-            (None, Some(length)) => length,
-            (None, None) => usize::MAX,
-        };
-        let forwards = (self.start..end).step_by(self.stride);
+        let forwards = (self.start..self.end_within(length)).step_by(self.stride);
         Ok(if self.reverse { Box::new(forwards.rev()) } else { Box::new(forwards) })
     }
 
     /// The number of frames; `None` if the length of the source is unknown.
     pub fn count(&self, length: Option<usize>) -> Option<usize> {
-        let end = self.end.unwrap_or(usize::MAX).min(length?);
+        let end = self.end_within(Some(length?));
         Some(end.saturating_sub(self.start).div_ceil(self.stride.max(1)))
     }
 
     /// Whether a frame is in the range. A source of unknown `length` is assumed not to end.
     pub fn holds(&self, frame: usize, length: Option<usize>) -> bool {
-        let end = self.end.unwrap_or(usize::MAX).min(length.unwrap_or(usize::MAX));
-        (self.start..end).contains(&frame)
+        (self.start..self.end_within(length)).contains(&frame)
             && (frame - self.start).is_multiple_of(self.stride.max(1))
+    }
+
+    /// The first frame that is not visited any more.
+    fn end_within(&self, length: Option<usize>) -> usize {
+        self.end.unwrap_or(usize::MAX).min(length.unwrap_or(usize::MAX))
     }
 
     /// The error for a range without frames, found after reading a source of unknown length.

@@ -7,9 +7,8 @@ use crate::Picture;
 
 /// The orientation that a transformation matrix of MP4 stands for. Only turns by 90 degrees and
 /// mirrors do; no camera writes others, which are not applied. The matrix maps stored to shown
-/// positions: x' = a x + c y and y' = b x + d y, with a, b, c, d the numbers 0, 1, 3 and 4.
-fn of_matrix(matrix: &[i32; 9]) -> Orientation {
-    let [a, b, _, c, d, ..] = *matrix;
+/// positions: x' = a x + c y and y' = b x + d y.
+fn of_matrix([a, b, c, d]: [i32; 4]) -> Orientation {
     match (b == 0 && c == 0, a == 0 && d == 0) {
         (true, false) => match (a < 0, d < 0) {
             (false, false) => Orientation::NoTransforms,
@@ -27,13 +26,13 @@ fn of_matrix(matrix: &[i32; 9]) -> Orientation {
     }
 }
 
-/// The orientation of a track whose own matrix is followed by that of the movie.
+/// The orientation of a track whose own matrix is followed by that of the movie. Of these, a, b, c
+/// and d are the numbers 0, 1, 3 and 4.
 pub fn of_matrices(track: &[i32; 9], movie: &[i32; 9]) -> Orientation {
     // Only signs and zeros matter.
     let [t, m] = [track, movie].map(|matrix| matrix.map(i32::signum));
     let product = |row: usize, column: usize| t[row] * m[column] + t[row + 1] * m[column + 3];
-    let [a, b, c, d] = [product(0, 0), product(0, 1), product(3, 0), product(3, 1)];
-    of_matrix(&[a, b, 0, c, d, 0, 0, 0, 0])
+    of_matrix([product(0, 0), product(0, 1), product(3, 0), product(3, 1)])
 }
 
 /// Whether width and height change places.
@@ -78,7 +77,7 @@ mod tests {
             (0, ONE, ONE, 0),
             (0, -ONE, -ONE, 0),
         ] {
-            let orientation = of_matrix(&[a, b, 0, c, d, 0, 0, 0, 1 << 30]);
+            let orientation = of_matrix([a, b, c, d]);
             let (width, height) = (3, 2);
             let stored: Vec<u8> = (0..6).flat_map(|v| [v; 3]).collect();
             let shown = oriented(width, height, stored, orientation);

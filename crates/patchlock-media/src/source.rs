@@ -1,9 +1,11 @@
 //! Sources of frames.
 
+use serde::{Deserialize, Serialize};
+
 use crate::{Error, Note, Picture};
 
 /// Frames per second, as a fraction.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct FrameRate {
     /// Numerator: number of frames.
     pub frames: u32,

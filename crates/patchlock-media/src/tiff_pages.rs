@@ -39,18 +39,13 @@ impl Header {
             _ => return Ok(None),
         };
         let form = Form { is_big_endian, is_big };
-        bytes.truncate(form.first() + form.offset());
-        Ok((bytes.len() == form.first() + form.offset()).then_some(Self { bytes, form }))
+        bytes.truncate(2 * form.offset());
+        Ok((bytes.len() == 2 * form.offset()).then_some(Self { bytes, form }))
     }
 }
 
 impl Form {
-    /// Where the offset of the first page is.
-    fn first(self) -> usize {
-        if self.is_big { 8 } else { 4 }
-    }
-
-    /// Bytes of an offset.
+    /// Bytes of an offset. That of the first page comes after as many bytes.
     fn offset(self) -> usize {
         if self.is_big { 8 } else { 4 }
     }
@@ -77,13 +72,13 @@ impl Form {
 /// A list of several pages that is damaged.
 pub fn find(mut source: Source, length: u64) -> io::Result<Vec<u64>> {
     let Some(Header { bytes, form }) = Header::read(&mut source)? else { return Ok(Vec::new()) };
-    let mut next = form.number(&bytes[form.first()..]);
+    let mut next = form.number(&bytes[form.offset()..]);
     let first = next;
     let (mut pages, mut seen, mut left) = (Vec::new(), HashSet::new(), length);
     while next != 0 {
         let read =
             if seen.insert(next) { read_page(&mut source, form, next, &mut left) } else { None };
-        let Some(page) = read else {
+        let Some((is_frame, after)) = read else {
             // Some programs write anything after the only page.
             if seen.len() <= 2 {
                 break;
@@ -91,10 +86,10 @@ pub fn find(mut source: Source, length: u64) -> io::Result<Vec<u64>> {
             let reason = format!("the list of its pages is damaged after page {}", seen.len() - 1);
             return Err(io::Error::new(io::ErrorKind::InvalidData, reason));
         };
-        if page.kind & NO_FRAME == 0 {
+        if is_frame {
             pages.push(next);
         }
-        next = page.next;
+        next = after;
     }
     if pages.is_empty() {
         pages.push(first);
@@ -102,13 +97,9 @@ pub fn find(mut source: Source, length: u64) -> io::Result<Vec<u64>> {
     Ok(pages)
 }
 
-struct Entry {
-    kind: u64,
-    next: u64,
-}
-
-/// Reads a page's table; `None` if it is not there. The tables together have at most `left` bytes.
-fn read_page(source: &mut Source, form: Form, at: u64, left: &mut u64) -> Option<Entry> {
+/// Reads a page's table: whether the page is a frame, and where the next one begins; `None` if it is
+/// not there. The tables together have at most `left` bytes.
+fn read_page(source: &mut Source, form: Form, at: u64, left: &mut u64) -> Option<(bool, u64)> {
     source.seek(SeekFrom::Start(at)).ok()?;
     let (of_count, of_entry) = if form.is_big { (8, 20) } else { (2, 12) };
     let count = form.read(source, of_count).ok()?;
@@ -121,12 +112,12 @@ fn read_page(source: &mut Source, form: Form, at: u64, left: &mut u64) -> Option
     }
     let mut entries = table.chunks_exact(of_entry as usize);
     let found = entries.find(|entry| form.number(&entry[..2]) == KIND);
-    let kind = found.map_or(0, |entry| match form.number(&entry[2..4]) {
+    let kind = found.map_or(0, |entry| {
         // A short number is at the beginning of the place for a longer one.
-        3 => form.number(&entry[of_entry as usize - form.offset()..][..2]),
-        _ => form.number(&entry[of_entry as usize - form.offset()..][..4]),
+        let bytes = if form.number(&entry[2..4]) == 3 { 2 } else { 4 };
+        form.number(&entry[of_entry as usize - form.offset()..][..bytes])
     });
-    Some(Entry { kind, next: form.read(source, form.offset()).ok()? })
+    Some((kind & NO_FRAME == 0, form.read(source, form.offset()).ok()?))
 }
 
 /// A TIFF whose first page is another one.
@@ -143,7 +134,7 @@ impl Page {
             return Ok(None);
         };
         let bytes = begin.to_be_bytes();
-        let offset = &mut header[form.first()..];
+        let offset = &mut header[form.offset()..];
         offset.copy_from_slice(&bytes[bytes.len() - form.offset()..]);
         if !form.is_big_endian {
             offset.reverse();

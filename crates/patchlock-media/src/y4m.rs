@@ -174,7 +174,7 @@ pub fn open_stream(
     if reverse {
         return Ok(Box::new(spooled(input, name, limits, None)?));
     }
-    Ok(Box::new(Y4mStream::begin(input, name, limits, None, 0)?))
+    Ok(Box::new(Y4mStream::begin(input, name, limits, None)?))
 }
 
 /// Reads a stream to its end, and copies it to a temporary file. Without a `matrix`, it is the usual
@@ -223,18 +223,16 @@ pub struct Y4mStream<R> {
 }
 
 impl<R: Read> Y4mStream<R> {
-    /// Reads the header. Without a `matrix`, it is the usual one. The first frame has the number
-    /// `first`.
+    /// Reads the header. Without a `matrix`, it is the usual one.
     pub fn begin(
         input: R,
         name: &str,
         limits: Limits,
         matrix: Option<Matrix>,
-        first: usize,
     ) -> Result<Self, Error> {
         let mut input = BufReader::new(input);
         let header = read_header(&mut input, name, limits)?.with(matrix);
-        Ok(Self { input, header, name: name.to_string(), next: first })
+        Ok(Self { input, header, name: name.to_string(), next: 0 })
     }
 
     pub fn header(&self) -> Header {

@@ -2,11 +2,11 @@
 //! writes that frame, and error messages.
 
 use std::io::{self, BufReader, Read};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::thread;
 use std::time::Duration;
 
-use crate::child::silent;
+use crate::child::{locked, silent};
 use crate::y4m;
 
 /// A message may come so many frames before the frame that it is about: a decoder has several
@@ -164,11 +164,6 @@ pub(crate) fn without_address(line: &str) -> String {
         _ => line,
     };
     if text.starts_with("Last message repeated") { String::new() } else { text.to_string() }
-}
-
-/// A panic cannot leave these values in an inconsistent state.
-fn locked(lines: &Mutex<Lines>) -> MutexGuard<'_, Lines> {
-    lines.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 #[cfg(test)]

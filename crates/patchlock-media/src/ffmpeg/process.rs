@@ -2,11 +2,11 @@
 
 use std::io::{self, BufReader, Read};
 use std::path::PathBuf;
-use std::process::{Command, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
 use super::decoder_log::DecoderLog;
-use super::{EVERY_FRAME_ONCE, FORMATS, Program, TIMES, cannot_start};
+use super::{EVERY_FRAME_ONCE, FORMATS, Program, TIMES};
 use crate::child::{ChildGuard, TimeoutReader};
 use crate::colour::Matrix;
 use crate::limits::{self, Limits};
@@ -64,6 +64,24 @@ impl Task {
         self.path.display().to_string()
     }
 
+    /// A command line up to the input. With `from`, decoding starts there.
+    pub fn command(&self, level: &str, from: Option<i64>) -> Result<Command, Error> {
+        let mut command = self.program.empty(level, self.limits);
+        Program::add_input(&mut command, &self.path, from)?;
+        Ok(command)
+    }
+
+    /// Starts a command that reads the file.
+    pub fn spawn(&self, command: &mut Command) -> Result<Child, Error> {
+        let started = self.program.spawn(command, &self.path, self.limits);
+        started.map_err(|error| match error.kind() {
+            io::ErrorKind::NotFound => {
+                Error::FfmpegMissing { path: self.path.clone(), reason: self.reason.clone() }
+            }
+            _ => Error::unreadable(self.name(), format!("ffmpeg does not start: {error}")),
+        })
+    }
+
     /// Starts ffmpeg: at the beginning, or with the first frame that is shown at this time, in
     /// millionths of a second, or later. With `whole`, the frames are copied to a temporary file, in
     /// which they can be read in any order.
@@ -76,7 +94,7 @@ impl Task {
             let frames = match whole {
                 true => y4m::spooled(pipe, &name, self.limits, self.matrix).map(Frames::Whole),
                 false => {
-                    Y4mStream::begin(pipe, &name, self.limits, self.matrix, 0).map(Frames::Stream)
+                    Y4mStream::begin(pipe, &name, self.limits, self.matrix).map(Frames::Stream)
                 }
             };
             match frames {
@@ -88,13 +106,9 @@ impl Task {
                     let reason = "it is in none of the formats that ffmpeg may read here";
                     return Err(Error::unreadable_in(Container::Other, &name, reason));
                 }
-                Err(error) => {
-                    let old_version = reason_of(&error).contains("fps_mode");
-                    last_error = Some(error);
-                    if !old_version {
-                        break;
-                    }
-                }
+                // An old version, which knows the other spelling.
+                Err(error) if reason_of(&error).contains("fps_mode") => last_error = Some(error),
+                Err(error) => return Err(of_ffmpeg(error)),
             }
         }
         Err(last_error.map_or_else(|| Error::unreadable(&name, "ffmpeg did not start"), of_ffmpeg))
@@ -120,7 +134,7 @@ impl Task {
     /// spaced frames. Dithering would make the pixels of a frame depend on how many were decoded
     /// before it.
     fn decoding(&self, from: Option<i64>, sync: [&str; 2]) -> Result<Command, Error> {
-        let mut command = self.program.command(&self.path, "error", from, self.limits)?;
+        let mut command = self.command("error", from)?;
         let filters = format!("{TIMES},{FORMATS}");
         command.args(sync).args(["-sws_dither", "none", "-vf", &filters]);
         command.args(["-strict", "-1", "-f", "yuv4mpegpipe", "-"]);
@@ -131,7 +145,7 @@ impl Task {
     /// `None` if they do not tell.
     pub fn packet_times(&self) -> Option<Packets> {
         let most = limits::frames(self.path.metadata().ok()?.len()) as usize;
-        let mut command = self.program.command(&self.path, "error", None, self.limits).ok()?;
+        let mut command = self.command("error", None).ok()?;
         // Also those before the first key frame, of which a decoder may show some.
         command.args(["-c", "copy", "-copyinkf", "-f", "framecrc", "-"]);
         let mut lines = BufReader::new(Pipe::start(&mut command, self).ok()?);
@@ -199,8 +213,7 @@ pub(super) struct Pipe {
 impl Pipe {
     fn start(command: &mut Command, task: &Task) -> Result<Self, Error> {
         command.stdout(Stdio::piped()).stderr(Stdio::piped());
-        let started = task.program.spawn(command, &task.path, task.limits);
-        let mut child = started.map_err(|error| cannot_start(error, &task.path, &task.reason))?;
+        let mut child = task.spawn(command)?;
         let (Some(output), Some(errors)) = (child.stdout.take(), child.stderr.take()) else {
             return Err(Error::unreadable(task.name(), "ffmpeg started without its output"));
         };

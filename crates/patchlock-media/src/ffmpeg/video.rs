@@ -65,16 +65,6 @@ struct MissingFrames {
     reason: String,
 }
 
-/// The end of one run of ffmpeg.
-struct RunEnd {
-    /// The frame with which it began.
-    start: usize,
-    /// When its last frame is shown.
-    time: i64,
-    /// The first error message.
-    message: Option<LogMessage>,
-}
-
 /// A frame as ffmpeg gives it.
 struct RawFrame {
     number: usize,
@@ -253,13 +243,18 @@ impl Video {
         if self.is_damage_noted && self.next > 0 {
             self.frame_times();
         }
-        let is_damaged = self.run.log.near(self.given).is_some();
+        if self.run.log.near(self.given).is_some() {
+            self.forget_from(self.next);
+        }
+    }
+
+    /// Frames from this one on, if there are any, do not count.
+    fn forget_from(&mut self, end: usize) {
         if let FrameTimes::Known(times) = &mut self.frame_times
-            && self.next < times.len()
-            && is_damaged
+            && end < times.len()
         {
-            let frames = times.len() - self.next;
-            times.truncate(self.next);
+            let frames = times.len() - end;
+            times.truncate(end);
             self.notes.push(Note::NoEnd { name: self.task.name(), frames });
         }
     }
@@ -286,27 +281,21 @@ impl Video {
         let FrameTimes::Known(times) = &self.frame_times else { return None };
         let last = times.len() - 1;
         let starts = [last, last.saturating_sub(TAIL), 0];
-        let end = starts.into_iter().find_map(|start| self.end_from(times, start))?;
-        let length = times.partition_point(|&time| time <= end.time + 1);
-        if let Some(LogMessage { at, text: message }) = end.message
+        let (end, error) = starts.into_iter().find_map(|start| self.end_from(times, start))?;
+        let length = times.partition_point(|&time| time <= end + 1);
+        if let Some(LogMessage { at: frame, text: message }) = error
             && !self.is_damage_noted
         {
             self.is_damage_noted = true;
-            let (name, frame) = (self.task.name(), end.start + at);
-            self.notes.push(Note::Damage { name, frame, message });
+            self.notes.push(Note::Damage { name: self.task.name(), frame, message });
         }
-        if length <= last {
-            let frames = last + 1 - length;
-            self.notes.push(Note::NoEnd { name: self.task.name(), frames });
-        }
-        if let FrameTimes::Known(times) = &mut self.frame_times {
-            times.truncate(length);
-        }
+        self.forget_from(length);
         Some(length)
     }
 
-    /// The end of what ffmpeg gives if it begins with this frame.
-    fn end_from(&self, times: &[i64], start: usize) -> Option<RunEnd> {
+    /// When the last frame is shown that ffmpeg gives if it begins with this frame, and its first
+    /// error with the number of the frame there.
+    fn end_from(&self, times: &[i64], start: usize) -> Option<(i64, Option<LogMessage>)> {
         let mut run = self.task.start(before(times, start), false).ok()?;
         let Frames::Stream(stream) = &mut run.frames else { return None };
         let mut last = None;
@@ -318,7 +307,8 @@ impl Video {
         }
         // The first frames may be of before the start, if ffmpeg cannot begin there.
         let time = last.filter(|&last| last + 1 >= times[start])?;
-        Some(RunEnd { start, time, message: run.log.first() })
+        let error = run.log.first();
+        Some((time, error.map(|error| LogMessage { at: start + error.at, ..error })))
     }
 
     /// Sees to it that the part gives this frame next, or one not far before it.

@@ -39,6 +39,19 @@ const fn scheme(name: &'static str, protocols: &'static str, formats: &'static s
     Scheme { name, protocols, formats, options: &[] }
 }
 
+impl Scheme {
+    /// What ffmpeg is told of an input that comes this way, up to and with `-i`.
+    fn input(&self, name: &str) -> Vec<OsString> {
+        let formats = format!("{CONTAINERS}{}", self.formats);
+        let allowed = ["-protocol_whitelist", self.protocols, "-format_whitelist", &formats];
+        words(&[&allowed, self.options, &["-i", name]].concat())
+    }
+}
+
+fn words(words: &[&str]) -> Vec<OsString> {
+    words.iter().map(OsString::from).collect()
+}
+
 /// Lists of addresses, such as those of HLS and DASH, are not among the formats: what they name was
 /// not typed by the user.
 const SCHEMES: [Scheme; 9] = [
@@ -52,6 +65,8 @@ const SCHEMES: [Scheme; 9] = [
     scheme("tcp", "tcp", ",mpjpeg"),
     scheme("srt", "srt", ""),
 ];
+/// What comes through a pipe.
+const PIPE: Scheme = scheme("pipe", "pipe", ",mpjpeg");
 /// Over TCP no part of a picture is lost; what cannot do that sends over UDP.
 const RTSP: &[&str] = &["-rtsp_flags", "prefer_tcp"];
 
@@ -155,27 +170,17 @@ impl Address {
 
     /// What ffmpeg is told of its input, up to and with `-i`.
     pub(super) fn input(&self, system: System) -> Vec<OsString> {
-        let words = |words: &[&str]| words.iter().map(OsString::from).collect::<Vec<_>>();
         match &self.kind {
-            Kind::Network(scheme) => {
-                let formats = format!("{CONTAINERS}{}", scheme.formats);
-                let mut input = words(&["-protocol_whitelist", scheme.protocols]);
-                input.extend(words(&["-format_whitelist", &formats]));
-                input.extend(words(scheme.options));
-                input.extend(words(&["-i", &self.name]));
-                input
-            }
-            Kind::Pipe => words(&[
-                "-protocol_whitelist",
-                "pipe",
-                "-format_whitelist",
-                &format!("{CONTAINERS},mpjpeg"),
-                "-i",
-                "pipe:0",
-            ]),
+            Kind::Network(scheme) => scheme.input(&self.name),
+            Kind::Pipe => PIPE.input("pipe:0"),
             Kind::Numbered(number) => match system {
                 System::Unix => words(&["-f", "v4l2", "-i", &format!("/dev/video{number}")]),
-                System::Mac => mac(&number.to_string()),
+                // Without a rate, ffmpeg asks for 29.97 frames per second, which many cameras do not
+                // have.
+                System::Mac => {
+                    let camera = format!("{number}:none");
+                    words(&["-f", "avfoundation", "-framerate", "30", "-i", &camera])
+                }
                 System::Windows => words(&["-f", "dshow", "-i", &format!("video={number}")]),
             },
             Kind::Named(name) => {
@@ -186,12 +191,6 @@ impl Address {
             }
         }
     }
-}
-
-/// Without a rate, ffmpeg asks for 29.97 frames per second, which many cameras do not have.
-fn mac(camera: &str) -> Vec<OsString> {
-    let camera = format!("{camera}:none");
-    ["-f", "avfoundation", "-framerate", "30", "-i", &camera].map(OsString::from).into()
 }
 
 /// Whether this is a device of Video4Linux, or the name of one, whether or not it is there.
@@ -214,20 +213,19 @@ fn is_word(text: &str) -> bool {
 
 /// An address without its password, for messages.
 pub(super) fn without_password(address: &str) -> String {
-    let Some((scheme, rest)) = address.split_once("://") else { return address.to_string() };
-    let host_ends = rest.find(['/', '?', '#']).unwrap_or(rest.len());
-    match rest[..host_ends].rfind('@') {
-        Some(at) => match rest[..at].split_once(':') {
-            Some((user, _)) => format!("{scheme}://{user}:***{}", &rest[at..]),
-            None => address.to_string(),
-        },
-        None => address.to_string(),
-    }
+    let hidden = || {
+        let (scheme, rest) = address.split_once("://")?;
+        let host_ends = rest.find(['/', '?', '#']).unwrap_or(rest.len());
+        let at = rest[..host_ends].rfind('@')?;
+        let (user, _) = rest[..at].split_once(':')?;
+        Some(format!("{scheme}://{user}:***{}", &rest[at..]))
+    };
+    hidden().unwrap_or_else(|| address.to_string())
 }
 
 /// The name of the camera of this number in what ffmpeg prints for `-list_devices true -f dshow`.
-pub(super) fn listed_camera(lines: &[String], number: usize) -> Option<&str> {
-    let cameras = lines.iter().filter_map(|line| {
+pub(super) fn listed_camera(printed: &str, number: usize) -> Option<&str> {
+    let cameras = printed.lines().filter_map(|line| {
         let (before, _) = line.rsplit_once("\" (video)")?;
         before.split_once('"').map(|(_, name)| name)
     });
@@ -260,7 +258,7 @@ mod tests {
             "[dshow @ 0x1] [info]   Alternative name \"@device_pnp\"",
             "[dshow @ 0x1] [info] \"Second\" (video)",
         ];
-        let lines = lines.map(String::from);
+        let lines = lines.join("\n");
         assert_eq!(listed_camera(&lines, 0), Some("USB \"HD\" Camera"));
         assert_eq!(listed_camera(&lines, 1), Some("Second"));
         assert_eq!(listed_camera(&lines, 2), None);

@@ -13,7 +13,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::Duration;
 
-use crate::child::ChildGuard;
+use crate::child::{ChildGuard, locked};
 use crate::{Error, FrameRate, Limits, NextFrame, Note, ffmpeg, limits, prefetch};
 use stream::{RawFrame, Stream, Task};
 
@@ -87,7 +87,7 @@ struct State {
 
 impl FrameSlot {
     fn state(&self) -> MutexGuard<'_, State> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+        locked(&self.state)
     }
 
     /// Waits for a change, at most this long.
@@ -254,10 +254,7 @@ impl Reader {
         let may_return = self.task.address.is_network() && !stream.has_length;
         let pauses = pauses(self.options.reconnect).len();
         loop {
-            let ended = match self.read(&mut stream) {
-                Some(ended) => ended,
-                None => return,
-            };
+            let Some(ended) = self.read(&mut stream).transpose() else { return };
             drop(stream);
             // The end of a source that was closed is no loss.
             if !may_return || pauses == 0 || self.shared.state().closed {
@@ -293,18 +290,13 @@ impl Reader {
     }
 
     /// Reads to the end of a stream; `None` if no more frames are wanted.
-    fn read(&self, stream: &mut Stream) -> Option<Result<(), Error>> {
-        loop {
-            match stream.next() {
-                Ok(Some(raw)) => {
-                    if !self.shared.put(raw, stream.has_length) {
-                        return None;
-                    }
-                }
-                Ok(None) => return Some(Ok(())),
-                Err(error) => return Some(Err(error)),
+    fn read(&self, stream: &mut Stream) -> Result<Option<()>, Error> {
+        while let Some(raw) = stream.next()? {
+            if !self.shared.put(raw, stream.has_length) {
+                return Ok(None);
             }
         }
+        Ok(Some(()))
     }
 
     /// Opens the stream again; `None` if no more frames are wanted.

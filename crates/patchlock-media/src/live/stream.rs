@@ -4,12 +4,12 @@
 use std::io::{self, BufReader, Read};
 use std::process::{Command, Stdio};
 use std::sync::mpsc::{self, Receiver};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Duration;
 
 use super::address::{Address, System, listed_camera, without_password};
-use crate::child::{ChildGuard, TimeoutReader, own_process_group};
+use crate::child::{ChildGuard, TimeoutReader, locked, own_process_group};
 use crate::colour::Matrix;
 use crate::ffmpeg::{EVERY_FRAME_ONCE, FORMATS, Program, matrix, without_address};
 use crate::y4m::{Header, Y4mStream, piece_of_line};
@@ -40,8 +40,7 @@ impl RawFrame {
 /// Frames of one run of ffmpeg, in the order in which they come.
 pub struct Stream {
     frames: Y4mStream<TimeoutReader>,
-    times: Receiver<LogEvent>,
-    errors: Arc<Mutex<Vec<String>>>,
+    messages: Messages,
     process: Arc<ChildGuard>,
     address: Address,
     timeout: Duration,
@@ -98,8 +97,7 @@ impl Task {
         let listed =
             list.stdin(Stdio::null()).output().map_err(|error| self.cannot_start(error))?;
         let text = String::from_utf8_lossy(&listed.stderr);
-        let lines: Vec<String> = text.lines().map(String::from).collect();
-        match listed_camera(&lines, number) {
+        match listed_camera(&text, number) {
             Some(name) => Ok(self.address.named(name)),
             None => Err(self.cannot_open(format!("there is no camera of the number {number}"))),
         }
@@ -144,11 +142,10 @@ impl Task {
         let (Some(output), Some(messages)) = (output, messages) else {
             return Err(self.cannot_open("ffmpeg started without its output".to_string()));
         };
-        let (errors, timeout) = (Arc::default(), self.program.timeout);
-        let times = listen(messages, Arc::clone(&errors));
+        let (messages, timeout) = (Messages::listen(messages), self.program.timeout);
         let (mut has_length, mut matrix) = (false, None);
         let opened = loop {
-            match times.recv_timeout(timeout) {
+            match messages.events.recv_timeout(timeout) {
                 // What the user has called live is.
                 Ok(LogEvent::HasLength(known)) => has_length = known && !address.is_pipe(),
                 Ok(LogEvent::Video(said)) => matrix = matrix.or(said),
@@ -163,25 +160,19 @@ impl Task {
         };
         let output = TimeoutReader::new(output, timeout);
         let name = self.address.shown();
-        let frames = match Y4mStream::begin(output, &name, self.limits, matrix, 0) {
+        let frames = match Y4mStream::begin(output, &name, self.limits, matrix) {
             Ok(frames) if opened => frames,
             Err(error @ Error::TooLarge { .. }) => return Err(error),
-            Ok(_) | Err(_) => return Err(self.why_not(&process, &times, &errors)),
+            Ok(_) | Err(_) => return Err(self.why_not(&process, &messages)),
         };
         let address = self.address.clone();
-        let is_timed = true;
-        Ok(Stream { frames, times, errors, process, address, timeout, is_timed, has_length })
+        Ok(Stream { frames, messages, process, address, timeout, is_timed: true, has_length })
     }
 
     /// Why ffmpeg has opened nothing.
-    fn why_not(
-        &self,
-        process: &ChildGuard,
-        messages: &Receiver<LogEvent>,
-        errors: &Mutex<Vec<String>>,
-    ) -> Error {
+    fn why_not(&self, process: &ChildGuard, messages: &Messages) -> Error {
         let ended = process.end(self.program.timeout);
-        let reason = reason(messages, errors, &self.address);
+        let reason = messages.reason(&self.address);
         let name = self.address.shown();
         if reason.contains("max pixel count") {
             return Error::TooManyPixels { name, limit: self.limits.pixels };
@@ -243,7 +234,7 @@ impl Stream {
     /// The time of the frame that was just read. ffmpeg prints it before it writes the frame.
     fn time(&mut self) -> Option<i64> {
         while self.is_timed {
-            match self.times.recv_timeout(MESSAGE_COMES) {
+            match self.messages.events.recv_timeout(MESSAGE_COMES) {
                 Ok(LogEvent::Time(time)) => return time,
                 Ok(LogEvent::HasLength(_) | LogEvent::Video(_) | LogEvent::Opened) => {}
                 Err(_) => self.is_timed = false,
@@ -253,7 +244,7 @@ impl Stream {
     }
 
     fn gone(&self, otherwise: &str) -> Error {
-        let reason = reason(&self.times, &self.errors, &self.address);
+        let reason = self.messages.reason(&self.address);
         let reason = if reason.is_empty() { otherwise.to_string() } else { reason };
         Error::Gone { name: self.address.shown(), reason }
     }
@@ -264,19 +255,52 @@ impl Stream {
     }
 }
 
-/// The last errors that ffmpeg has printed, without the password of the address. It has ended, but
-/// its messages may not all have been read.
-fn reason(messages: &Receiver<LogEvent>, errors: &Mutex<Vec<String>>, address: &Address) -> String {
-    while messages.recv_timeout(MESSAGE_COMES).is_ok() {}
-    let errors = errors.lock().unwrap_or_else(PoisonError::into_inner);
-    let name = address.shown();
-    let said = errors.join("; ");
-    let words = said.split(' ').map(|word| {
-        let word = without_password(word);
+/// What one run of ffmpeg prints, read on a thread.
+struct Messages {
+    events: Receiver<LogEvent>,
+    /// The last errors.
+    errors: Arc<Mutex<Vec<String>>>,
+}
+
+impl Messages {
+    fn listen(messages: impl Read + Send + 'static) -> Self {
+        let (sender, events) = mpsc::channel();
+        let errors = Arc::new(Mutex::new(Vec::new()));
+        let heard = Arc::clone(&errors);
+        thread::spawn(move || {
+            let mut messages = BufReader::new(messages);
+            // The description of the input comes before that of the output, which has the same form.
+            let mut opened = false;
+            while let Ok(Some(line)) = piece_of_line(&mut messages) {
+                if let Some(error) = error_in(&line) {
+                    let mut errors = locked(&heard);
+                    errors.push(error);
+                    let surplus = errors.len().saturating_sub(ERRORS);
+                    errors.drain(..surplus);
+                } else if let Some(found) = log_event_in(&line) {
+                    let is_time = matches!(found, LogEvent::Time(_));
+                    // The time of the first frame may come before the description of the output.
+                    if (is_time || !opened) && sender.send(found).is_err() {
+                        return;
+                    }
+                    opened |= line.contains("Stream mapping:");
+                }
+            }
+        });
+        Self { events, errors }
+    }
+
+    /// The last errors, without the password of the address. ffmpeg has ended, but its messages may
+    /// not all have been read.
+    fn reason(&self, address: &Address) -> String {
+        while self.events.recv_timeout(MESSAGE_COMES).is_ok() {}
+        let name = address.shown();
+        let said = locked(&self.errors).join("; ");
+        let words = said.split(' ').map(without_password);
         // The address is named before the reason already.
-        if word.trim_end_matches(':') == name { String::new() } else { word }
-    });
-    words.filter(|word| !word.is_empty()).collect::<Vec<_>>().join(" ")
+        let words = words.filter(|word| word.trim_end_matches(':') != name && !word.is_empty());
+        words.collect::<Vec<_>>().join(" ")
+    }
 }
 
 /// What ffmpeg says of a format that is not allowed.
@@ -294,35 +318,6 @@ fn list_format(message: &str) -> Option<&'static str> {
 
 /// Errors that are kept.
 const ERRORS: usize = 2;
-
-/// Reads the messages of ffmpeg on a thread.
-fn listen(
-    messages: impl Read + Send + 'static,
-    errors: Arc<Mutex<Vec<String>>>,
-) -> Receiver<LogEvent> {
-    let (sender, said) = mpsc::channel();
-    thread::spawn(move || {
-        let mut messages = BufReader::new(messages);
-        // The description of the input comes before that of the output, which has the same form.
-        let mut opened = false;
-        while let Ok(Some(line)) = piece_of_line(&mut messages) {
-            if let Some(error) = error_in(&line) {
-                let mut errors = errors.lock().unwrap_or_else(PoisonError::into_inner);
-                errors.push(error);
-                let surplus = errors.len().saturating_sub(ERRORS);
-                errors.drain(..surplus);
-            } else if let Some(found) = log_event_in(&line) {
-                let is_time = matches!(found, LogEvent::Time(_));
-                // The time of the first frame may come before the description of the output.
-                if (is_time || !opened) && sender.send(found).is_err() {
-                    return;
-                }
-                opened |= line.contains("Stream mapping:");
-            }
-        }
-    });
-    said
-}
 
 /// An error in a line, without its level; of a format that is not allowed, with its name.
 fn error_in(line: &str) -> Option<String> {

@@ -1,23 +1,40 @@
-//! Pictures of the file that an installed ffmpeg decodes ahead. Whatever it does not decode as the
-//! decoder in Rust would is left to that one, which goes on where ffmpeg has stopped.
+//! Pictures of the file that an installed ffmpeg decodes ahead: several times as fast as the decoder
+//! in Rust, and by the standard with the same pixels. Whatever it does not decode as that decoder
+//! would is left to it; it goes on where ffmpeg has stopped.
+
+use std::process::Stdio;
+use std::time::Duration;
 
 use super::{Mp4, StreamInfo, micros};
-use crate::external_decoder::{DecodeRequest, ExternalDecoder};
+use crate::child::{ChildGuard, TimeoutReader, own_process_group};
+use crate::ffmpeg::{DecoderLog, EVERY_FRAME_ONCE, Program, TIMES};
+use crate::y4m::Y4mStream;
 
 /// From this many pixels of all frames together, it is worth starting ffmpeg.
 pub const LONG: usize = 30_000_000;
 /// As many pictures may be between two that are wanted, for ffmpeg to decode them all.
 const NEAR: usize = 256;
+/// In which a program that has closed its output must end.
+const END: Duration = Duration::from_secs(1);
 
-/// A running ffmpeg that decodes the pictures.
+/// A running ffmpeg, which decodes the pictures in the order in which they are shown.
 pub struct ExternalReader {
-    decoder: ExternalDecoder,
+    run: DecodeRun,
+    /// The number of the first picture.
+    first: usize,
+    next: usize,
     /// When each picture is shown, in millionths of a second.
     times: Vec<i64>,
     /// The first sample whose data have not been checked.
     checked: usize,
     /// The parameters of all pictures.
     info: StreamInfo,
+}
+
+struct DecodeRun {
+    pictures: Y4mStream<TimeoutReader>,
+    log: DecoderLog,
+    _process: ChildGuard,
 }
 
 impl Mp4 {
@@ -35,29 +52,81 @@ impl Mp4 {
             return None;
         }
         let first = self.frames.get(first)?.picture;
-        let entrance = self.entrance(first);
+        let checked = self.entrance(first);
         let from = first.checked_sub(1).map(|before| {
             let cut = times[before] + (times[first] - times[before]) / 2;
-            (times[self.pictures.shown[entrance]], cut)
+            (times[self.pictures.shown[checked]], cut)
         });
-        let request = DecodeRequest { path: &self.path, first, from, size: self.info.shown() };
-        let decoder = ExternalDecoder::start(&program, &request, self.limits)?;
-        Some(ExternalReader { decoder, times, checked: entrance, info: self.info })
+        for sync in EVERY_FRAME_ONCE {
+            if let Some(run) = self.run_ffmpeg(&program, from, sync)? {
+                let info = self.info;
+                return Some(ExternalReader { run, first, next: first, times, checked, info });
+            }
+        }
+        None
+    }
+
+    /// Starts ffmpeg: with `from`, at the first of two times in millionths of a second, when a
+    /// picture is shown from which it can begin, and without the pictures before the second. It
+    /// ends at the first picture that it would have to mend. Rotation, edits and colours are left to
+    /// the reader of the file. `Some(None)` if it does not know an option, or cannot read the file.
+    fn run_ffmpeg(
+        &self,
+        program: &Program,
+        from: Option<(i64, i64)>,
+        sync: [&str; 2],
+    ) -> Option<Option<DecodeRun>> {
+        let input = [
+            ["-err_detect", "explode"],
+            ["-strict", "1"],
+            ["-export_side_data", "film_grain"],
+            ["-ignore_editlist", "1"],
+        ];
+        let mut command = program.empty("quiet", self.limits);
+        command.args(["-xerror", "-noautorotate"]).args(input.as_flattened());
+        if let Some((seek, _)) = from {
+            // Where ffmpeg itself cuts depends on when the file begins.
+            command.args(["-noaccurate_seek", "-seek_timestamp", "1", "-ss", &format!("{seek}us")]);
+        }
+        Program::add_input(&mut command, &self.path, None).ok()?;
+        let cut = from.map(|(_, cut)| format!("settb=AVTB,trim=start_pts={cut},"));
+        let cut = cut.unwrap_or_default();
+        // Written at equal distances, since times that are uneven would count as an error.
+        let filters = format!("{cut}{TIMES},setpts=N/TB,format=yuv420p|yuvj420p");
+        command.args(sync).args(["-vf", &filters]);
+        command.args(["-strict", "-1", "-f", "yuv4mpegpipe", "-"]);
+        command.stdout(Stdio::piped()).stderr(Stdio::piped());
+        if !program.is_of_group {
+            own_process_group(&mut command);
+        }
+        let mut child = program.spawn(&mut command, &self.path, self.limits).ok()?;
+        let (output, errors) = (child.stdout.take(), child.stderr.take());
+        let process = ChildGuard::new(child);
+        let output = TimeoutReader::new(output?, program.timeout);
+        let Ok(pictures) = Y4mStream::begin(output, "ffmpeg", self.limits, None) else {
+            // One that hangs would hang again.
+            return process.end(END).is_ok().then_some(None);
+        };
+        let log = DecoderLog::listen(errors?, program.timeout);
+        let (header, [width, height]) = (pictures.header(), self.info.shown());
+        let fits =
+            header.size() == [width, height] && header.frame_bytes() == width * height * 3 / 2;
+        fits.then_some(Some(DecodeRun { pictures, log, _process: process }))
     }
 
     /// The planes of a picture that ffmpeg decodes, and their parameters. After `None`, the decoder
     /// goes on.
     pub(super) fn by_ffmpeg(&mut self, picture: usize) -> Option<(Vec<u8>, StreamInfo)> {
         let mut external = self.external.take()?;
-        let skipped = picture.checked_sub(external.decoder.next())?;
+        let skipped = picture.checked_sub(external.next)?;
         let mut planes = None;
-        for next in (picture - skipped..=picture).filter(|_| skipped <= NEAR) {
+        for next in (external.next..=picture).filter(|_| skipped <= NEAR) {
             // What the decoder would refuse is left to it.
             while external.checked <= self.pictures.stored[next] {
                 self.read_sample(external.checked).ok()?;
                 external.checked += 1;
             }
-            planes = external.decoder.read(external.times[next]);
+            planes = external.read();
             planes.as_ref().filter(|_| self.info == external.info)?;
         }
         let found = planes.map(|planes| (planes, external.info));
@@ -66,16 +135,26 @@ impl Mp4 {
     }
 }
 
+impl ExternalReader {
+    /// The planes of the next picture, one after the other; `None` if it is not the one that is
+    /// shown next.
+    fn read(&mut self) -> Option<Vec<u8>> {
+        let planes = self.run.pictures.read_next().ok()??;
+        let shown = self.run.log.time(self.next - self.first)?;
+        let time = self.times[self.next];
+        self.next += 1;
+        (shown.abs_diff(time) <= 1).then_some(planes)
+    }
+}
+
 #[cfg(all(test, target_os = "linux"))]
 mod tests {
     use std::path::{Path, PathBuf};
     use std::process::Command;
-    use std::time::Duration;
 
     use super::*;
     use crate::confine::tests::files_are_kept;
     use crate::fake_ffmpeg::FakeFfmpeg;
-    use crate::ffmpeg::Program;
     use crate::{Error, FrameSource, Limits, Picture};
 
     const FRAMES: usize = 40;

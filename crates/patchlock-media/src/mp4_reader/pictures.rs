@@ -4,10 +4,8 @@
 use std::fs::File;
 use std::path::Path;
 
-use shiguredo_mp4::boxes::ElstEntry;
-
 use crate::limits;
-use crate::mp4_edits::{self, PresentedFrame};
+use crate::mp4_edits::{self, EditList, PresentedFrame};
 use crate::mp4_index::{self, Sample};
 
 /// The pictures of a track in the two orders that a reader needs.
@@ -46,7 +44,7 @@ impl Pictures {
     ) -> Result<Vec<PresentedFrame>, String> {
         let times: Vec<i64> = self.stored.iter().map(|&k| self.samples[k].time).collect();
         let most = limits::frames(bytes) as usize;
-        mp4_edits::shown(&times, timescale, &list.edits, list.timescale, most)
+        mp4_edits::shown(&times, timescale, list, most)
     }
 
     /// Leaves out the frames from the first one on whose data would come after the end of the file,
@@ -70,12 +68,6 @@ impl Pictures {
     }
 }
 
-/// An edit list, with the ticks per second of its durations.
-pub struct EditList {
-    pub edits: Vec<ElstEntry>,
-    pub timescale: u32,
-}
-
 /// When each frame of a file is shown, in millionths of a second, whatever its encoding; `None` if
 /// the index does not tell.
 pub fn frame_times(path: &Path) -> Option<Vec<i64>> {
@@ -85,8 +77,7 @@ pub fn frame_times(path: &Path) -> Option<Vec<i64>> {
     if track.fragmented {
         return None;
     }
-    let list = EditList { edits: track.edits, timescale: track.movie_timescale };
-    let frames = Pictures::new(track.samples).shown(track.timescale, &list, bytes).ok()?;
+    let frames = Pictures::new(track.samples).shown(track.timescale, &track.edits, bytes).ok()?;
     frames.iter().map(|frame| micros(frame.time, track.timescale)).collect()
 }
 

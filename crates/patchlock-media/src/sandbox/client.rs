@@ -9,11 +9,11 @@ use std::time::Duration;
 
 use rustix::buffer::spare_capacity;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
-use rustix::io::Errno;
+use rustix::io::{read, retry_on_intr};
 use rustix::pipe::fcntl_setpipe_size;
 use tempfile::TempDir;
 
-use super::wire::{self, Kind, Reply, Request};
+use super::wire::{self, Kind, Reply, Request, SourceInfo};
 use crate::child::{ChildGuard, own_process_group};
 use crate::confine::{self, SandboxPolicy};
 use crate::find::OpenedSource;
@@ -30,14 +30,12 @@ pub fn find(name: &OsStr, reverse: bool, limits: Limits) -> Option<Result<Opened
     let helper = limits.helper.filter(|_| Path::new(name).exists())?;
     let request = OpenRequest { helper, name: name.to_os_string(), reverse, limits };
     let mut session = Session::start(&request).ok()?;
-    let opened = match session.open(&request) {
-        Ok(OpenReply::Here(info)) => {
-            Ok(OpenedSource::Source(Box::new(Source { request, info, session: Some(session) })))
+    Some(session.open(&request).map(|opened| match opened {
+        OpenedSource::Source(info) => {
+            OpenedSource::source(Source { request, info, session: Some(session) })
         }
-        Ok(OpenReply::ForFfmpeg { reason, times }) => Ok(OpenedSource::ForFfmpeg { reason, times }),
-        Err(error) => Err(error),
-    };
-    Some(opened)
+        OpenedSource::ForFfmpeg { reason, times } => OpenedSource::ForFfmpeg { reason, times },
+    }))
 }
 
 /// What a helper is to open.
@@ -66,8 +64,8 @@ impl OpenRequest {
             unreadable(format!("the process that decodes it does not start: {error}"))
         })?;
         match session.open(self)? {
-            OpenReply::Here(_) => Ok(session),
-            OpenReply::ForFfmpeg { .. } => Err(unreadable("the file has changed".to_string())),
+            OpenedSource::Source(_) => Ok(session),
+            OpenedSource::ForFfmpeg { .. } => Err(unreadable("the file has changed".to_string())),
         }
     }
 
@@ -76,32 +74,8 @@ impl OpenRequest {
     }
 }
 
-/// What is known of a source once it is open.
-struct SourceInfo {
-    length: Option<usize>,
-    rate: Option<FrameRate>,
-    sound: bool,
-    notes: Vec<Note>,
-}
-
-enum OpenReply {
-    Here(SourceInfo),
-    ForFfmpeg { reason: String, times: Option<Vec<i64>> },
-}
-
-/// Why there is no answer.
-enum Failure {
-    /// The reader says so.
-    Reader(Error),
-    /// The helper has failed.
-    Helper(io::Error),
-}
-
-impl From<io::Error> for Failure {
-    fn from(error: io::Error) -> Self {
-        Self::Helper(error)
-    }
-}
+/// What a reader says, or the error of a helper that has failed.
+type Answer<T> = io::Result<Result<T, Error>>;
 
 /// A file that a helper decodes.
 struct Source {
@@ -140,19 +114,14 @@ impl FrameSource for Source {
             Some(session) => session,
             None => self.request.again()?,
         };
-        let frame = session.frame(index, self.request.limits);
-        match frame {
-            Err(Failure::Helper(error)) => {
-                let (name, fault) = (self.request.shown(), FrameFault::Unreadable);
-                Err(Error::Frame { index, name, fault, reason: session.lost(&error) })
-            }
-            Err(Failure::Reader(error)) => {
-                self.session = Some(session);
-                Err(error)
-            }
+        match session.frame(index, self.request.limits) {
             Ok(frame) => {
                 self.session = Some(session);
-                Ok(frame)
+                frame
+            }
+            Err(error) => {
+                let (name, fault) = (self.request.shown(), FrameFault::Unreadable);
+                Err(Error::Frame { index, name, fault, reason: session.lost(&error) })
             }
         }
     }
@@ -199,23 +168,21 @@ impl Session {
         Ok(Self { process, input, output, _folder: folder })
     }
 
-    fn open(&mut self, request: &OpenRequest) -> Result<OpenReply, Error> {
-        self.try_open(request).map_err(|failure| match failure {
-            Failure::Reader(error) => error,
-            Failure::Helper(error) => Error::unreadable(request.shown(), self.lost(&error)),
-        })
+    fn open(&mut self, request: &OpenRequest) -> Result<OpenedSource<SourceInfo>, Error> {
+        self.try_open(request)
+            .unwrap_or_else(|error| Err(Error::unreadable(request.shown(), self.lost(&error))))
     }
 
-    fn try_open(&mut self, request: &OpenRequest) -> Result<OpenReply, Failure> {
+    fn try_open(&mut self, request: &OpenRequest) -> Answer<OpenedSource<SourceInfo>> {
         let (name, reverse) = (request.name.clone(), request.reverse);
         let open = Request::Open { name, reverse, pixels: request.limits.pixels };
         match self.ask(&open)? {
-            Reply::Opened { length, rate, sound, notes } => {
-                if length.is_some_and(|length| length > MOST_FRAMES) {
+            Reply::Opened(info) => {
+                if info.length.is_some_and(|length| length > MOST_FRAMES) {
                     return Err(nonsense());
                 }
-                let rate = rate.and_then(|(frames, seconds)| FrameRate::new(frames, seconds));
-                Ok(OpenReply::Here(SourceInfo { length, rate, sound, notes }))
+                let rate = info.rate.and_then(|rate| FrameRate::new(rate.frames, rate.seconds));
+                Ok(Ok(OpenedSource::Source(SourceInfo { rate, ..info })))
             }
             Reply::ForFfmpeg { reason, times } => {
                 let bytes = fs::metadata(&request.name)?.len();
@@ -224,19 +191,19 @@ impl Session {
                     Some(count) => Some(self.output.read_times(count)?),
                     None => None,
                 };
-                Ok(OpenReply::ForFfmpeg { reason, times })
+                Ok(Ok(OpenedSource::ForFfmpeg { reason, times }))
             }
-            Reply::Failed(wire_error) => Err(Failure::Reader(wire_error.into())),
+            Reply::Failed(wire_error) => Ok(Err(wire_error.into())),
             Reply::Frame { .. } | Reply::End => Err(nonsense()),
         }
     }
 
-    fn frame(&mut self, index: usize, limits: Limits) -> Result<Option<Picture>, Failure> {
+    fn frame(&mut self, index: usize, limits: Limits) -> Answer<Option<Picture>> {
         let (width, height, kind, time) = match self.ask(&Request::Frame(index))? {
             Reply::Frame { width, height, kind, time } => (width, height, kind, time),
-            Reply::End => return Ok(None),
-            Reply::Failed(wire_error) => return Err(Failure::Reader(wire_error.into())),
-            Reply::Opened { .. } | Reply::ForFfmpeg { .. } => return Err(nonsense()),
+            Reply::End => return Ok(Ok(None)),
+            Reply::Failed(wire_error) => return Ok(Err(wire_error.into())),
+            Reply::Opened(_) | Reply::ForFfmpeg { .. } => return Err(nonsense()),
         };
         if width == 0 || height == 0 || limits.check(width, height).is_err() {
             return Err(nonsense());
@@ -250,7 +217,7 @@ impl Session {
                 Pixels::Grey16(pairs.iter().map(|&pair| u16::from_ne_bytes(pair)).collect())
             }
         };
-        Ok(Some(Picture::new(width, height, pixels).at(time)))
+        Ok(Ok(Some(Picture::new(width, height, pixels).at(time))))
     }
 
     fn ask(&mut self, request: &Request) -> io::Result<Reply> {
@@ -274,8 +241,8 @@ impl Session {
     }
 }
 
-fn nonsense() -> Failure {
-    Failure::Helper(io::Error::new(ErrorKind::InvalidData, "it claims too much"))
+fn nonsense() -> io::Error {
+    io::Error::new(ErrorKind::InvalidData, "it claims too much")
 }
 
 /// The output of a process. A time without a byte is an error of the kind `TimedOut`.
@@ -291,10 +258,8 @@ impl PipeReader {
         bytes.try_reserve_exact(count)?;
         while bytes.len() < count {
             self.wait()?;
-            match rustix::io::read(&self.pipe, spare_capacity(&mut bytes)) {
-                Ok(0) => return Err(ErrorKind::UnexpectedEof.into()),
-                Ok(_) | Err(Errno::INTR) => {}
-                Err(error) => return Err(error.into()),
+            if retry_on_intr(|| read(&self.pipe, spare_capacity(&mut bytes)))? == 0 {
+                return Err(ErrorKind::UnexpectedEof.into());
             }
         }
         // Nothing may follow what was asked for.
@@ -311,14 +276,10 @@ impl PipeReader {
     /// Waits until there is something to read, or the end.
     fn wait(&self) -> io::Result<()> {
         let timeout = Timespec::try_from(self.timeout).map_err(io::Error::other)?;
-        loop {
-            let mut pipes = [PollFd::new(&self.pipe, PollFlags::IN)];
-            match poll(&mut pipes, Some(&timeout)) {
-                Ok(0) => return Err(ErrorKind::TimedOut.into()),
-                Ok(_) => return Ok(()),
-                Err(Errno::INTR) => {}
-                Err(error) => return Err(error.into()),
-            }
+        let mut pipes = [PollFd::new(&self.pipe, PollFlags::IN)];
+        match retry_on_intr(|| poll(&mut pipes, Some(&timeout)))? {
+            0 => Err(ErrorKind::TimedOut.into()),
+            _ => Ok(()),
         }
     }
 }
@@ -456,11 +417,9 @@ mod tests {
             fs::write(&clip, [&bytes, after].concat()).unwrap();
             error(&clip, &script)
         };
-        let opened = |length| Reply::Opened {
-            length: Some(length),
-            rate: Some((0, 0)),
-            sound: true,
-            notes: Vec::new(),
+        let opened = |length| {
+            let (length, rate) = (Some(length), Some(FrameRate { frames: 0, seconds: 0 }));
+            Reply::Opened(SourceInfo { length, rate, sound: true, notes: Vec::new() })
         };
         let frame = |width, height| Reply::Frame { width, height, kind: Kind::Rgb8, time: None };
         let times = Reply::ForFfmpeg { reason: "is odd".into(), times: Some(1 << 40) };

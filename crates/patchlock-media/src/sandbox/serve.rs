@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{self, Write};
 use std::os::fd::AsFd;
 
-use super::wire::{self, Kind, Reply, Request};
+use super::wire::{self, Kind, Reply, Request, SourceInfo};
 use super::wire_error::WireError;
 use crate::find::{OpenedSource, find_guarded};
 use crate::{Error, Limits, Picture, Pixels, ffmpeg, guard};
@@ -47,10 +47,9 @@ pub fn serve() -> io::Result<()> {
             return wire::send(&mut output, &Reply::Failed(wire_error), &[]);
         }
     };
-    let rate = source.rate().map(|rate| (rate.frames, rate.seconds));
-    let (length, sound, notes) = (source.length(), source.has_sound(), source.notes());
-    let opened = Reply::Opened { length, rate, sound, notes };
-    wire::send(&mut output, &opened, &[])?;
+    let (length, rate, sound) = (source.length(), source.rate(), source.has_sound());
+    let info = SourceInfo { length, rate, sound, notes: source.notes() };
+    wire::send(&mut output, &Reply::Opened(info), &[])?;
     loop {
         match wire::receive(&mut input) {
             Ok(Request::Announce { first, span }) => source.announce(first, span),

@@ -9,7 +9,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::wire_error::WireError;
-use crate::Note;
+use crate::{FrameRate, Note};
 
 /// The first bytes of a helper, before it has opened anything.
 pub const HELLO: [u8; 16] = *b"patchlock helper";
@@ -25,12 +25,7 @@ pub enum Request {
 
 #[derive(Serialize, Deserialize)]
 pub enum Reply {
-    Opened {
-        length: Option<usize>,
-        rate: Option<(u32, u32)>,
-        sound: bool,
-        notes: Vec<Note>,
-    },
+    Opened(SourceInfo),
     /// So many times follow, if there are any.
     ForFfmpeg {
         reason: String,
@@ -45,6 +40,15 @@ pub enum Reply {
     },
     End,
     Failed(WireError),
+}
+
+/// What is known of a source once it is open.
+#[derive(Serialize, Deserialize)]
+pub struct SourceInfo {
+    pub length: Option<usize>,
+    pub rate: Option<FrameRate>,
+    pub sound: bool,
+    pub notes: Vec<Note>,
 }
 
 /// What pixels are.
