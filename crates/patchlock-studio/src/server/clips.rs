@@ -39,7 +39,7 @@ const OPENING: Duration = Duration::from_secs(60);
 
 /// All clips, by their ids, which count from 1.
 pub struct Clips {
-    shared: Arc<Shared>,
+    shared: Arc<ClipContext>,
     all: Mutex<Vec<Arc<Clip>>>,
     /// Held by the one who adds a clip: it reads files, and nobody who asks for a clip waits for
     /// that.
@@ -47,7 +47,7 @@ pub struct Clips {
 }
 
 /// What all clips share.
-struct Shared {
+struct ClipContext {
     settings: Settings,
     cache: Arc<Cache>,
     /// The labels of all clips, in a file of the folder of the first one. Whoever has them may take
@@ -55,7 +55,7 @@ struct Shared {
     labels: Mutex<SharedLabels>,
 }
 
-impl Shared {
+impl ClipContext {
     /// Changes the labels, and returns them with what the work returns.
     fn update_labels<T>(
         &self,
@@ -76,7 +76,7 @@ pub struct Clip {
     pub id: usize,
     video: PathBuf,
     project: PathBuf,
-    shared: Arc<Shared>,
+    shared: Arc<ClipContext>,
     opened: OnceLock<Result<Arc<OpenClip>, Arc<project::Error>>>,
 }
 
@@ -120,7 +120,7 @@ impl Clips {
     /// No clips yet; the labels of all are in this folder.
     pub fn new(settings: Settings, folder: &Path) -> Self {
         let labels = Mutex::new(SharedLabels::new(folder));
-        let shared = Arc::new(Shared { settings, cache: Arc::default(), labels });
+        let shared = Arc::new(ClipContext { settings, cache: Arc::default(), labels });
         Self { shared, all: Mutex::default(), adding: Mutex::default() }
     }
 
@@ -305,7 +305,7 @@ impl Clip {
     }
 
     fn open_now(&self) -> Result<OpenClip, project::Error> {
-        let Shared { settings, cache, .. } = &*self.shared;
+        let ClipContext { settings, cache, .. } = &*self.shared;
         let limits = settings.limits;
         let mut store = Store::open_within(&self.project, Some(&self.video), limits)?;
         store.keep_history()?;
