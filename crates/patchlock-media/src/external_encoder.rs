@@ -28,7 +28,7 @@ pub struct ExternalEncoder {
 }
 
 /// An encoded picture, and when it is shown in seconds.
-type Encoded = (Vec<u8>, Option<f64>);
+type EncodedPicture = (Vec<u8>, Option<f64>);
 
 impl ExternalEncoder {
     /// Starts an encoder for frames of this size, which is even; `None` if there is none on this
@@ -77,7 +77,7 @@ impl ExternalEncoder {
     }
 
     /// The pictures that are ready.
-    pub fn ready(&mut self) -> Vec<Encoded> {
+    pub fn ready(&mut self) -> Vec<EncodedPicture> {
         self.units.try_iter().map(|unit| (unit, self.times.pop_front().flatten())).collect()
     }
 
@@ -85,7 +85,7 @@ impl ExternalEncoder {
     ///
     /// # Errors
     /// [`Error::Encode`] if ffmpeg has failed, or left out frames.
-    pub fn finish(&mut self) -> Result<Vec<Encoded>, Error> {
+    pub fn finish(&mut self) -> Result<Vec<EncodedPicture>, Error> {
         self.input = None;
         let mut units = Vec::new();
         loop {
