@@ -48,7 +48,7 @@ class Target(NamedTuple):
     name: str
     words: Array  # log odds of filters and network, those of the network for the filters' place, overlap of both
     overlaps: Array  # with the truth: filters, network, their mean, the committee; -1 without truth
-    visible: Array  # the share
+    visible: Array  # the share; NaN where it is not known
     network: Network
 
 
@@ -77,7 +77,7 @@ def track(sequence: Path, model: Path, network: Network) -> Target:
             boxes += [mean(boxes, log_odds, network), tuple(estimate.box)]
             overlaps.append([paired.overlap(box, true[k]) if true[k] else -1.0 for box in boxes])
             shown = estimate.visibility
-            visible.append(1.0 if shown is None else float(np.mean([part.mean() for part in shown])))
+            visible.append(np.nan if shown is None else float(np.mean([part.mean() for part in shown])))
     name = re.sub(r"-[frs]\d$", "", sequence.name)
     return Target(name, np.array(words), np.array(overlaps), np.array(visible), network)
 
@@ -130,6 +130,15 @@ def limited(score: Array, targets: list[Target]) -> Array:
     return np.where((words[:, 3] > AGREE) & (most < 0), np.minimum(score, logistic(most)), score)
 
 
+def counted(score: Array, targets: list[Target]) -> Array:
+    """The visible share, as far as the status counts it: 0 where members disagree and the score is not high."""
+    visible = np.concatenate([target.visible for target in targets])
+    overlap = np.concatenate([target.words[:, 3] for target in targets])
+    sure = (score >= paired.SURE) & (overlap > 0)
+    known = np.where(np.isnan(visible), sure, visible)
+    return np.where((overlap > AGREE) | sure, known, 0.0)
+
+
 def auc(overlaps: list[Array]) -> str:
     """The mean AUC over targets, of frames after the first."""
     means = [np.mean([(o[o >= 0] > k / 20).mean() for k in range(21)]) for o in overlaps]
@@ -165,7 +174,8 @@ def main() -> None:
         choose = fit_choice(halves[others])
         seen, own = frames(halves[others], choose), frames(halves[half], choose)
         fitted_score = logistic(own.columns @ regression(seen.columns, seen, np.zeros(7)))
-        unseen.append((own, limited(fitted_score, halves[half])))
+        fitted_score = limited(fitted_score, halves[half])
+        unseen.append((own._replace(visible=counted(fitted_score, halves[half])), fitted_score))
         values = worth(*unseen[-1], limits)
         parts = [chosen(target, choose)[1] for target in halves[half]]
         print(f"| half {half}, fitted on the other | {auc(parts)} | {' | '.join(values)} |")

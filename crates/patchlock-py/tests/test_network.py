@@ -204,7 +204,7 @@ def test_what_each_member_of_a_committee_said_can_be_observed(film, network):
         if not seen.agrees:
             [believed] = seen.believed
             assert estimate.box == pytest.approx(seen.estimates[believed].box)
-            assert estimate.status != "tracked"
+            assert estimate.status != "tracked" or estimate.score >= 0.9
 
 
 def test_what_the_network_saw_can_be_observed(film, network):
