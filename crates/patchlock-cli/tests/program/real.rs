@@ -110,16 +110,16 @@ fn dp(tracked: &[BoundingBox], truth: &[BoundingBox]) -> f64 {
 fn four_sequences_are_followed() {
     let Some(data) = real("four_sequences_are_followed", "otb-dev") else { return };
     let full = env::var_os("PATCHLOCK_FULL").is_some_and(|value| value == "1");
-    let slow = full || slow("four_sequences_are_followed", 25);
+    let slow = full || slow("four_sequences_are_followed", 50);
     let mut scores = Vec::new();
     // In CarScale the car then passes behind trees while it grows, and the paper's tracker loses
     // it.
     let before_the_trees = 150;
     for (name, short, long) in [
-        ("Crossing", 60, usize::MAX),
-        ("David", 80, usize::MAX),
-        ("CarScale", 60, before_the_trees),
-        ("MountainBike", 60, usize::MAX),
+        ("Crossing", 120, usize::MAX),
+        ("David", 150, usize::MAX),
+        ("CarScale", 120, before_the_trees),
+        ("MountainBike", 120, usize::MAX),
     ] {
         let sequence = Sequence::of(&data, name);
         let mut truth = boxes(&fs::read_to_string(&sequence.truth).unwrap());

@@ -96,7 +96,7 @@ fn held(config: &TrackerConfig, count: usize, every: usize) -> Vec<i64> {
 
 #[test]
 fn memory_does_not_grow_with_the_video() {
-    let frames = if slow("memory_does_not_grow_with_the_video", 10) { 1500 } else { 600 };
+    let frames = if slow("memory_does_not_grow_with_the_video", 20) { 3000 } else { 600 };
     for config in all_that_compute_here() {
         let held = held(&config, frames, 100);
         println!("bytes held: {held:?}");
