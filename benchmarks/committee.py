@@ -131,12 +131,11 @@ def limited(score: Array, targets: list[Target]) -> Array:
 
 
 def counted(score: Array, targets: list[Target]) -> Array:
-    """The visible share, as far as the status counts it: 0 where members disagree and the score is not high."""
+    """The visible share, as the status counts it: 1 where the score is high and members are not apart, else 0 where they disagree."""
     visible = np.concatenate([target.visible for target in targets])
     overlap = np.concatenate([target.words[:, 3] for target in targets])
     sure = (score >= paired.SURE) & (overlap > 0)
-    known = np.where(np.isnan(visible), sure, visible)
-    return np.where((overlap > AGREE) | sure, known, 0.0)
+    return np.where(sure, 1.0, np.where(overlap > AGREE, np.nan_to_num(visible), 0.0))
 
 
 def auc(overlaps: list[Array]) -> str:

@@ -185,8 +185,8 @@ class RobustConfig:
     """The target counts as tracked from this score on. Allowed: 0 to 1."""
     visible_tracked: float
     """The target counts as tracked only if at least this share of it is visible and, with a
-    network, filters and network agree; from a score of 0.9 on, their boxes need only touch.
-    Allowed: 0 to 1.
+    network, filters and network agree; or, with a network, from a score of 0.9 on if their boxes
+    touch. If less is visible then, `visibility` is not known. Allowed: 0 to 1.
     """
     score_lost: float
     """The target counts as lost below this score, also before it is given up. The score is at most

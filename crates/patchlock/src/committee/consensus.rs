@@ -12,8 +12,10 @@ const LEAST_ODDS: f64 = 1e-4;
 /// difference of their log odds.
 const SHARE: f64 = 0.2;
 
-/// From this score on, members need not agree, if their boxes touch. Where they lie apart, one of
-/// them may follow another target of the same looks.
+/// From this score on, the target is tracked where the members' boxes only touch, and whatever is
+/// visible: a target that both find, and that the patch model knows little of, looks different
+/// more often than it is hidden. Where boxes lie apart, one of them may follow another target of the
+/// same looks.
 const SURE: f64 = 0.9;
 
 /// What the log odds of a member are worth.
@@ -120,7 +122,7 @@ pub(super) struct ConsensusParams {
     pub agree_overlap: f64,
     /// The target is tracked from this score on, if members agree
     tracked: f64,
-    /// and at least this share of it is known to be visible.
+    /// and at least this share of it is visible.
     visible: f64,
     /// The target is lost below this score.
     lost: f64,
@@ -153,17 +155,26 @@ impl ConsensusParams {
         }
     }
 
-    /// The status: a target is tracked only while members agree and enough of it is known to be
-    /// visible; or while the score is high, no member is elsewhere, and it is not known that too
-    /// little is visible.
+    /// The status: a target is tracked while members agree and enough of it is known to be visible,
+    /// or while the score is high and no member is elsewhere.
     pub fn status(&self, consensus: &Consensus, visible: Option<f64>) -> Status {
         let is_sure = consensus.score >= SURE && !consensus.contested;
-        let is_visible = visible.map_or(is_sure, |share| share >= self.visible);
+        let is_known = consensus.agrees() && visible.is_some_and(|share| share >= self.visible);
         match consensus.score {
             score if score < self.lost => Status::Lost,
-            score if score < self.tracked || !is_visible => Status::Uncertain,
-            _ if is_sure || consensus.agrees() => Status::Tracked,
+            score if score < self.tracked => Status::Uncertain,
+            _ if is_sure || is_known => Status::Tracked,
             _ => Status::Uncertain,
+        }
+    }
+
+    /// Whether it is known which parts of the target are visible: those of a lost target are not,
+    /// and those of a tracked one only if enough are.
+    pub fn knows_visibility(&self, status: Status, visible: f64) -> bool {
+        match status {
+            Status::Tracked => visible >= self.visible,
+            Status::Uncertain => true,
+            Status::Lost => false,
         }
     }
 }
@@ -403,7 +414,9 @@ mod tests {
             (0.9, HERE, None, Tracked),
             (0.9, TOUCHING, None, Tracked),
             (0.9, AWAY, None, Uncertain),
-            (0.9, HERE, Some(0.49), Uncertain),
+            (0.9, TOUCHING, Some(0.0), Tracked),
+            (0.89, HERE, Some(0.49), Uncertain),
+            (0.9, AWAY, Some(0.49), Uncertain),
             (0.69, HERE, Some(1.0), Uncertain),
             (0.5, AWAY, None, Uncertain),
             (0.49, HERE, Some(1.0), Lost),
@@ -411,6 +424,19 @@ mod tests {
             let votes = [says(HERE, 5.0, &FILTERS), says(other, -5.0, &NETWORK)];
             let consensus = Consensus { score, ..Consensus::of(&votes, &PARAMS) };
             assert_eq!(PARAMS.status(&consensus, visible), status, "{score} {other:?} {visible:?}");
+        }
+    }
+
+    #[test]
+    fn a_tracked_target_is_never_mostly_hidden() {
+        use Status::{Lost, Tracked, Uncertain};
+        for (status, visible, known) in [
+            (Tracked, 0.5, true),
+            (Tracked, 0.49, false),
+            (Uncertain, 0.49, true),
+            (Lost, 1.0, false),
+        ] {
+            assert_eq!(PARAMS.knows_visibility(status, visible), known, "{status:?} {visible}");
         }
     }
 

@@ -4,7 +4,7 @@
 mod consensus;
 
 use crate::config::RobustConfig;
-use crate::estimate::{Estimate, Status};
+use crate::estimate::Estimate;
 use crate::network_error::NetworkError;
 use crate::numeric::parallel::*;
 use crate::observe::{CommitteeView, FrameView, MemberView, Observer};
@@ -97,8 +97,9 @@ impl Committee {
         // The estimate of the member is filled again on the next frame.
         std::mem::swap(&mut out.visibility, &mut members[shape].estimate.visibility);
         (out.bbox, out.score) = (consensus.bbox, consensus.score);
-        out.status = params.status(&consensus, out.visibility.as_ref().map(|v| v.share()));
-        if out.status == Status::Lost {
+        let visible = out.visibility.as_ref().map(|visibility| visibility.share());
+        out.status = params.status(&consensus, visible);
+        if !visible.is_some_and(|share| params.knows_visibility(out.status, share)) {
             out.visibility = None;
         }
     }

@@ -179,7 +179,8 @@ group! {
         /// The target counts as tracked from this score on.
         score_tracked: f64 = 0.7, number(0.0, 1.0);
         /// The target counts as tracked only if at least this share of it is visible and, with a
-        /// network, filters and network agree; from a score of 0.9 on, their boxes need only touch.
+        /// network, filters and network agree; or, with a network, from a score of 0.9 on if their
+        /// boxes touch. If less is visible then, `visibility` is not known.
         visible_tracked: f64 = 0.25, number(0.0, 1.0);
         /// The target counts as lost below this score, also before it is given up. The score is at
         /// most this once it is given up.
