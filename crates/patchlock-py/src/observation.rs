@@ -61,6 +61,9 @@ pub struct PaperObservation {
 pub struct RobustObservation {
     /// Frames since the start.
     frame: u64,
+    /// What the filters do: "tracking"; "occluded", where hardly anything of the target is visible and it is
+    /// also searched for elsewhere; "verifying" a re-detection; "lost", where it is only searched for.
+    phase: &'static str,
     /// How certain the memory is of the estimate: its response there over its mean on sure frames.
     certainty: f64,
     /// The memory's strongest response more than half the target's width or height away from the estimate.
@@ -200,6 +203,7 @@ impl RobustObservation {
     fn of(view: &RobustView<'_>) -> Self {
         Self {
             frame: view.frame,
+            phase: view.phase,
             certainty: view.certainty,
             elsewhere: view.elsewhere,
             early: view.early,
@@ -238,7 +242,8 @@ impl PaperObservation {
 #[pymethods]
 impl RobustObservation {
     fn __repr__(&self) -> String {
-        format!("<RobustObservation of frame {}, certainty {:.2}>", self.frame, self.certainty)
+        let Self { frame, phase, certainty, .. } = self;
+        format!("<RobustObservation of frame {frame}, {phase}, certainty {certainty:.2}>")
     }
 }
 

@@ -172,7 +172,7 @@ def test_robust_shows_its_responses(scene, film):
         assert numbers(estimate) == numbers(plain.update(frame))
         assert isinstance(seen, patchlock.RobustObservation)
         assert seen.frame == estimate.frame == k
-        assert seen.certainty > 0.5
+        assert seen.phase == "tracking" and seen.certainty > 0.5
         # The window is a multiple of the target's size.
         assert seen.side * seen.cell > 2 * max(estimate.box.w, estimate.box.h)
         for response in (seen.tracking_filter, seen.memory):

@@ -163,7 +163,7 @@ def test_the_status_is_in_the_label_and_the_colour(tmp_path):
     labels = column(chunks, "frame/box", "Boxes2D:labels")
     assert labels == {0: ["0.50"], 1: ["0.50 uncertain"], 2: ["0.50 lost"]}
     colours = column(chunks, "frame/outline", "LineStrips2D:colors")
-    assert colours[0] == colours[1] != colours[2]
+    assert len({str(colours[k]) for k in range(3)}) == 3
 
 
 def test_inconsistent_arguments_are_refused(scene, film, monkeypatch):

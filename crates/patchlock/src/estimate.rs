@@ -23,8 +23,9 @@ pub struct Estimate {
     pub score: f64,
     /// Whether the target is followed.
     pub status: Status,
-    /// Which parts of the target are visible, where the method knows. `robust` does not once the
-    /// target is given up, or while it is sure of a target whose patches it hardly recognises.
+    /// Which parts of the target are visible, where the method knows. `robust` does not while
+    /// the target is lost, while its filters are not part of the committee's decision, or while it is
+    /// sure of a target whose patches it hardly recognises.
     pub visibility: Option<Visibility>,
 }
 

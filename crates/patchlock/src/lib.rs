@@ -7,7 +7,8 @@
 //! finds the target again after a loss. [`Method::Paper`] (the preset `paper`) is an exact and fast
 //! implementation of "Patchwise object tracking via structural local sparse appearance model"
 //! (Kashiyani, Shokouhi, 2017). [`Method::Network`] (the preset `network`) follows with a small
-//! [`Network`] of the user, from ONNX files.
+//! [`Network`]: PatchNet, which is built in, or one of the user, from ONNX files. With a network,
+//! `robust` is a committee of its filters and the network.
 //!
 //! Begin with [`Tracker`] and [`TrackerConfig`]; [`MultiTracker`] follows many targets at once.
 //!
@@ -22,9 +23,10 @@
 //! | hypotheses of tracking filter and memory, map of colours | `robust::{tracking_filter, memory, colours}` |
 //! | the pose on this frame, its rotation and size | `robust::{locate, rotation, scale}` |
 //! | evidence: certainty, visible parts | `robust::{memory, occlusion}`, `patch_model` |
-//! | decision: phase, status, score, what learns | `robust::status` |
+//! | decision: phase, status, what learns; the score | `robust::status`, `robust::score` |
 //! | search after a loss | `robust::search` |
 //! | filters, responses, histograms | `correlation` |
+//! | with a network: one estimate of both | `committee` |
 //!
 //! # Where each step of the paper is
 //!

@@ -888,6 +888,12 @@ class RobustObservation:
         """Frames since the start."""
 
     @property
+    def phase(self) -> Literal["tracking", "occluded", "verifying", "lost"]:
+        """What the filters do: "tracking"; "occluded", where hardly anything of the target is visible and it is
+        also searched for elsewhere; "verifying" a re-detection; "lost", where it is only searched for.
+        """
+
+    @property
     def certainty(self) -> float:
         """How certain the memory is of the estimate: its response there over its mean on sure frames.
         """

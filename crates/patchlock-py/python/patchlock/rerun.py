@@ -138,12 +138,10 @@ def _of_estimate(estimate: Estimate, name: str) -> Iterator[tuple[str, rr.AsComp
     import rerun as rr
 
     x, y, w, h = estimate.box
-    lost = estimate.status == "lost"
     status = "" if estimate.status == "tracked" else estimate.status
     label = f"{name[1:]} {estimate.score:.2f} {status}".strip()
-    box_colour, outline_colour = _BOX, tuple(_VISIBLE if estimate.score >= 0.5 else _HIDDEN)
-    if lost:
-        box_colour = outline_colour = _LOST
+    outline_colour = {"tracked": tuple(_VISIBLE), "uncertain": tuple(_HIDDEN), "lost": _LOST}[estimate.status]
+    box_colour = _LOST if estimate.status == "lost" else _BOX
     yield "frame/box", rr.Boxes2D(mins=[[x, y]], sizes=[[w, h]], labels=[label], colors=[box_colour])
     # In the viewer pixel k spans k to k + 1, so its centre is at k + 0.5.
     outline = estimate.corners[[0, 1, 2, 3, 0]] + 0.5

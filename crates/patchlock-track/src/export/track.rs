@@ -23,7 +23,7 @@ pub struct Entry {
     pub id: u64,
     /// The box, in pixels counted from 0; `None` if the target has no box in this frame.
     pub bbox: Option<BoundingBox>,
-    /// Visibility of the target, 0 to 1, if known.
+    /// How sure the tracker is, from 0 to 1, if known.
     pub score: Option<f64>,
     /// Corners of the rotated outline, if known, with pixel centres at integer coordinates.
     pub corners: Option<[[f64; 2]; 4]>,

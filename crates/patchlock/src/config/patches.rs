@@ -1,4 +1,4 @@
-//! The settings of the patch model, which both methods use.
+//! The settings of the patch model, which `robust` and `paper` use.
 
 use super::table::{Range, group, number};
 use crate::Error;

@@ -42,7 +42,7 @@ impl fmt::Display for Range {
 #[non_exhaustive]
 pub struct Parameter {
     /// The group: empty for a setting of all methods, the name of a method, or `patches` for the
-    /// patch model, which all methods use.
+    /// patch model, which `robust` and `paper` use.
     pub group: &'static str,
     /// The name, which no other setting has.
     pub name: &'static str,

@@ -6,6 +6,10 @@
 pub struct RobustView<'a> {
     /// Frames since the first one.
     pub frame: u64,
+    /// What the filters do: `tracking`; `occluded`, where hardly anything of the target is visible and
+    /// it is also searched for elsewhere; `verifying` a re-detection; `lost`, where it is only searched
+    /// for.
+    pub phase: &'static str,
     /// How sure the memory was of the estimate: its response there, relative to its mean over sure
     /// frames.
     pub certainty: f64,

@@ -89,6 +89,18 @@ enum FailureCue {
     Occlusion,
 }
 
+impl Phase {
+    /// The name, as snapshots and observers have it.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Tracking { .. } => "tracking",
+            Self::Occluded { .. } => "occluded",
+            Self::Lost { .. } => "lost",
+            Self::Verifying { .. } => "verifying",
+        }
+    }
+}
+
 impl TrackState {
     /// The state in the first frame.
     pub fn first(evidence: &Evidence) -> Self {

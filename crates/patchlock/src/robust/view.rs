@@ -21,6 +21,7 @@ impl RobustTarget {
         let means = self.state.means();
         RobustView {
             frame: self.frames,
+            phase: self.state.phase.name(),
             certainty: evidence.certainty,
             elsewhere: evidence.elsewhere,
             early: evidence.early,

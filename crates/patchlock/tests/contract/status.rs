@@ -1,8 +1,8 @@
 //! Saved trackers and saved estimates keep the status.
 
-use crate::methods::{all, complete};
+use crate::methods::{all, complete, robust};
 use crate::sequence::SIMPLE;
-use patchlock::{Estimate, Frame, Snapshot, Status, Tracker, TrackerConfig};
+use patchlock::{Estimate, Frame, FrameView, Snapshot, Status, Tracker, TrackerConfig};
 
 /// Frames 0 and 1 show the target, 2 to 21 are noise, and then the target is there again.
 const FRAMES: usize = 32;
@@ -69,6 +69,27 @@ fn a_tracker_saved_while_the_target_is_gone_goes_on_with_the_same_statuses() {
             assert_eq!(restored, expected, "{}, saved before frame {saved}", config.method.name());
         }
     }
+}
+
+#[test]
+fn the_phase_says_why_the_filters_call_a_target_lost() {
+    let (mut tracker, mut phases) = (SIMPLE.begin(&robust(), 0), Vec::new());
+    let grey = vec![128; 3 * SIMPLE.width() * SIMPLE.height()];
+    let empty = Frame::rgb8(&grey, SIMPLE.width(), SIMPLE.height()).unwrap();
+    for k in 1..FRAMES {
+        let mut phase = "";
+        let frame = if (2..22).contains(&k) { empty } else { SIMPLE.frame(k) };
+        let mut observer = |view: &FrameView<'_>| {
+            let FrameView::Robust(view) = view else { panic!("there are filters alone") };
+            phase = view.phase;
+        };
+        let estimate = tracker.update_observed(&frame, &mut observer).unwrap();
+        assert!(phase != "lost" || estimate.status == Status::Lost, "frame {k}");
+        if phases.last() != Some(&phase) {
+            phases.push(phase);
+        }
+    }
+    assert_eq!(phases, ["tracking", "occluded", "lost", "verifying", "tracking"]);
 }
 
 #[test]
