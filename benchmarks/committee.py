@@ -72,7 +72,7 @@ def track(sequence: Path, model: Path, network: Network) -> Target:
             boxes = [tuple(member.box) for member in members]
             odds = [min(max(member.score, LEAST_ODDS), 1 - LEAST_ODDS) for member in members]
             log_odds = [float(np.log(p / (1 - p))) for p in odds]
-            judged = seen.judgements["robust"]
+            judged = seen.judgements["filters"]
             words.append([*log_odds, 0.0 if judged is None else judged, paired.overlap(*boxes)])
             boxes += [mean(boxes, log_odds, network), tuple(estimate.box)]
             overlaps.append([paired.overlap(box, true[k]) if true[k] else -1.0 for box in boxes])

@@ -7,7 +7,7 @@ use patchlock_media::Helper;
 /// The only argument of that process. It is no command for people.
 const WORD: &str = "decode-for-another-patchlock";
 
-/// How this program is started again; `None` where the system has no walls for it.
+/// How this program is started again; `None` where the system has no sandbox for it.
 pub fn itself() -> Option<Helper> {
     // The file of the program may have been replaced since it was started; this leads to the old one.
     cfg!(target_os = "linux").then(|| Helper::new("/proc/self/exe", [WORD]))

@@ -258,7 +258,7 @@ impl NetworkObservation {
 
 #[pymethods]
 impl CommitteeObservation {
-    /// The estimate of each member by its name, `"robust"` and `"network"`.
+    /// The estimate of each member by its name, `"filters"` and `"network"`.
     ///
     /// These have no visibility, and their frame is 0.
     #[getter]

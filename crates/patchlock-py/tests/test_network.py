@@ -194,12 +194,12 @@ def test_what_each_member_of_a_committee_said_can_be_observed(film, network):
         estimate, seen = tracker.update_observed(frame)
         assert estimate == plain.update(frame)
         assert isinstance(seen, patchlock.CommitteeObservation)
-        assert list(seen.estimates) == list(seen.observations) == list(seen.judgements) == ["robust", "network"]
+        assert list(seen.estimates) == list(seen.observations) == list(seen.judgements) == ["filters", "network"]
         own = alone.update(frame)
-        assert (seen.estimates["robust"].box, seen.estimates["robust"].score) == (own.box, own.score)
+        assert (seen.estimates["filters"].box, seen.estimates["filters"].score) == (own.box, own.score)
         assert isinstance(seen.observations["network"], patchlock.NetworkObservation)
-        assert seen.agrees == (seen.believed == ["robust", "network"])
-        assert (seen.judgements["robust"] is None) == seen.agrees
+        assert seen.agrees == (seen.believed == ["filters", "network"])
+        assert (seen.judgements["filters"] is None) == seen.agrees
         assert seen.judgements["network"] is None and repr(seen)
         if not seen.agrees:
             [believed] = seen.believed

@@ -121,11 +121,11 @@ def test_the_members_of_a_committee(film, tmp_path):
     estimate, seen = tracker.update_observed(film[1])
     patchlock.rerun.log(estimate, observation=seen, recording=recording.stream)
     chunks = recording.chunks()
-    members = ["frame/robust", "frame/network", "frame/seen", "network/cells"]
-    members += [f"robust/{name}" for name in ("certainty", "tracking_filter", "memory")]
+    members = ["frame/filters", "frame/network", "frame/seen", "network/cells"]
+    members += [f"filters/{name}" for name in ("certainty", "tracking_filter", "memory")]
     assert set(members) < set(rows(chunks))
-    certainty = seen.observations["robust"].certainty
-    assert column(chunks, "robust/certainty", "Scalars:scalars")[1] == [certainty]
+    certainty = seen.observations["filters"].certainty
+    assert column(chunks, "filters/certainty", "Scalars:scalars")[1] == [certainty]
 
 
 def test_ids_of_many_targets_are_appended_to_the_names(scene, film, tmp_path):

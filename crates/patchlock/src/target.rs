@@ -88,7 +88,7 @@ pub(crate) fn begin(
 /// The committee of the default tracker and a network.
 fn committee(filters: RobustTarget, network: NetworkTarget, settings: &RobustConfig) -> Committee {
     let fit = CommitteeFit::of(network.name());
-    let filters = Member::new("robust", Box::new(filters), &fit.filters);
+    let filters = Member::new("filters", Box::new(filters), &fit.filters);
     let network = Member::new("network", Box::new(network), &fit.network);
     Committee::new(vec![filters, network], settings, fit)
 }

@@ -348,7 +348,7 @@ mod tests {
             "{error}"
         );
         let free = Command::new("/bin/bash").args(["-c", &script]).output().unwrap();
-        assert_eq!(free.status.code(), Some(15), "without walls, the script does all of it");
+        assert_eq!(free.status.code(), Some(15), "without a sandbox, the script does all of it");
     }
 
     #[test]

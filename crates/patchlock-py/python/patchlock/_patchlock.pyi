@@ -987,7 +987,7 @@ class CommitteeObservation:
 
     @property
     def estimates(self) -> dict[str, Estimate]:
-        """The estimate of each member by its name, `"robust"` and `"network"`.
+        """The estimate of each member by its name, `"filters"` and `"network"`.
 
         These have no visibility, and their frame is 0.
         """

@@ -87,7 +87,7 @@ def log(
     | entity | content |
     |---|---|
     | `<entity>/robust`, `/network` | what the observations of the members add |
-    | `<entity>/frame/robust`, `/frame/network` | the members' own boxes |
+    | `<entity>/frame/filters`, `/frame/network` | the members' own boxes |
 
     If the method does not know which patches are visible, the entities of patches are left out. With several targets, the id is appended to every entity except the frame, as in
     `patchlock/score/2`. Without targets, nothing is logged.

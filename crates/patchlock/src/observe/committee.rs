@@ -17,7 +17,7 @@ pub struct CommitteeView<'a> {
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct MemberView {
-    /// The preset that the member is, such as "robust".
+    /// The name of the member: "filters" or "network".
     pub name: &'static str,
     /// Its own estimate, without visibility.
     pub estimate: Estimate,

@@ -1,5 +1,5 @@
 //! The estimate of a frame: box and outline follow from the place, status and score from the
-//! verdict.
+//! decision.
 
 use super::pose::Pose;
 use super::status::FrameResult;
