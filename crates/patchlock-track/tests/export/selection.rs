@@ -8,7 +8,7 @@ use patchlock_track::export::{
 };
 use serde_json::Value;
 
-use crate::export::{Workspace, choosing, format_named, options, text};
+use crate::support::{Workspace, choosing, format_named, options, text};
 
 /// A box of target 1, or one of target 2, in each of 12 frames: uncertain from 4 on, lost in 8 and 9;
 /// a person has drawn that of frame 6. Target 2 is there in frames 2 to 4, where its score is low.
