@@ -112,6 +112,7 @@ for (const colorScheme of /** @type {const} */ (['light', 'dark'])) {
         test('axe finds nothing', async ({ work, page }) => {
             const check = (where) => axeFindsNothing(page, where);
             await work.press('n', 'i');
+            await work.goTo(83);
             await expect(page.locator('#look-pictures canvas')).toHaveCount(2);
             await work.press('h');
             await check('with a target');

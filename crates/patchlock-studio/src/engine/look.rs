@@ -2,12 +2,13 @@
 
 use image::imageops::interpolate_bilinear;
 use image::{Rgb, RgbImage};
-use patchlock::{BoundingBox, Estimate, Point, Tracker, TrackerConfig};
+use patchlock::{BoundingBox, Estimate, Method, Point, Tracker, TrackerConfig};
 use patchlock_media::Picture;
 
 /// Compares the target in a box with how it looks in a key frame. The frame is moved and scaled so
-/// that the two boxes coincide, and the tracker of the key frame looks at the result. The corners
-/// of the estimate are those in the frame.
+/// that the two boxes coincide, and the tracker of the key frame looks at the result; of `robust` its
+/// filters alone, as a committee that is sure does not say what is hidden. The corners of the
+/// estimate are those in the frame.
 ///
 /// # Errors
 /// An error of the tracker, if it does not accept a picture or box.
@@ -16,7 +17,11 @@ pub fn compare(
     key: (&Picture, BoundingBox),
     frame: (&Picture, BoundingBox),
 ) -> Result<Estimate, patchlock::Error> {
-    let mut tracker = Tracker::start(config.clone(), &key.0.frame()?, key.1)?;
+    let mut config = config.clone();
+    if matches!(config.method, Method::Robust(_)) {
+        config.network = None;
+    }
+    let mut tracker = Tracker::start(config, &key.0.frame()?, key.1)?;
     let aligned = align(frame, key);
     let mut estimate = tracker.update(&aligned.frame()?)?.clone();
     let back = |[x, y]: Point| there([x, y], key.1, frame.1);
