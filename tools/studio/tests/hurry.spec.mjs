@@ -134,3 +134,15 @@ test('a name of a label stays while the clip changes', async ({ work, page, stud
     await expect(page.getByLabel('Name of label 3', { exact: true })).toHaveValue('bus');
     await expect(name).toHaveValue('van');
 });
+
+test('a key that follows the end of a dialog is about the clip', async ({ work, page }) => {
+    await work.press('l');
+    await page.getByLabel('New label', { exact: true }).focus();
+    await page.evaluate(() => {
+        const input = document.activeElement;
+        input.closest('dialog').close();
+        const options = { key: 'I', code: 'KeyI', shiftKey: true, bubbles: true };
+        input.dispatchEvent(new KeyboardEvent('keydown', options));
+    });
+    await expect(page.getByLabel('File to import')).toBeVisible();
+});

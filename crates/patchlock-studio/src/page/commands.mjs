@@ -518,7 +518,9 @@ export class Commands {
     #key(event) {
         if (!this.enabled() || document.querySelector('dialog[open]') || event.defaultPrevented) return;
         const { target } = event;
-        if (target instanceof Element && target.matches('input:not([type=checkbox]), select, textarea'))
+        // An input of a dialog that has just been closed still has the focus.
+        const takesText = 'input:not([type=checkbox]), select, textarea';
+        if (target instanceof Element && target.matches(takesText) && !target.closest('dialog:not([open])'))
             return;
         const keys = keysOf(event);
         // Words that are marked beside the picture are copied as everywhere.
