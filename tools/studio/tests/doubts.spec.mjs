@@ -113,8 +113,8 @@ test('the picture stays where boxes are drawn, and follows the tracking when ask
     await studio.kill();
 });
 
-test('nothing is said too early', async ({ work, page }) => {
-    const empty = page.locator('#doubts-empty');
+/** What the list of doubtful places says from now on. */
+async function sayings(page) {
     const said = [];
     await page.exposeFunction('said', (text) => said.push(text));
     await page.evaluate(() => {
@@ -125,6 +125,32 @@ test('nothing is said too early', async ({ work, page }) => {
             subtree: true,
         });
     });
+    return said;
+}
+
+test('nothing is said too early where the project is here before its tracking has ended', async ({
+    work,
+    page,
+}) => {
+    await page.routeWebSocket(/./, (socket) => {
+        const server = socket.connectToServer();
+        server.onMessage((message) => {
+            const { type, state } = JSON.parse(String(message));
+            setTimeout(() => socket.send(message), type === 'job' && state !== 'running' ? 1000 : 0);
+        });
+    });
+    await page.reload();
+    await work.atFrame(0);
+    const said = await sayings(page);
+    await work.draw(truth[0]);
+    await work.tracked();
+    await expect(page.locator('#doubts > li')).not.toHaveCount(0);
+    expect(said.join('\n')).not.toMatch(/No place is left|not tracked yet/);
+});
+
+test('nothing is said too early', async ({ work, page }) => {
+    const empty = page.locator('#doubts-empty');
+    const said = await sayings(page);
     let begin;
     const asked = new Promise((resolve) => {
         begin = resolve;

@@ -148,8 +148,11 @@ export class Clip extends EventTarget {
         this.undoText = state.undo;
         this.redoText = state.redo;
         this.windows = state.windows;
-        if (!state.job) this.job = null;
-        else this.job ??= { target: state.job.target, fps: 0, left: null };
+        if (!state.job) {
+            // The project may be here before the event that says that its tracking has ended.
+            if (this.job) this.readings.needed = this.readings.begun + 1;
+            this.job = null;
+        } else this.job ??= { target: state.job.target, fps: 0, left: null };
         this.waiting = state.job?.waiting ?? [];
         const { frames } = state.project.video;
         const running = this.job && this.track(this.job.target);
