@@ -193,8 +193,8 @@ pub fn review_stats(target: &Target, frames: usize) -> ReviewStats {
 
 /// The probability that a box overlaps the target by less than half. The score is calibrated: on
 /// targets that it was not fitted to, the share of right boxes differs from it by .01 in the mean
-/// (ECE, `benchmarks/record/committee.md`). Nothing was measured of the agreement, so it counts only where the tracks from
-/// both sides are apart.
+/// (ECE, `benchmarks/record/committee.md`). Nothing was measured of the agreement, so it counts only
+/// where the tracks from both sides are apart.
 fn wrong(tracked: &TrackedBox) -> f64 {
     let apart = tracked.agreement.filter(|&agreement| agreement < AGREED);
     1.0 - tracked.score.min(apart.unwrap_or(1.0))
