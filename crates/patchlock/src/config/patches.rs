@@ -3,6 +3,7 @@
 use super::table::{Range, group, number};
 use crate::Error;
 use crate::patch_model::likelihood::LikelihoodParams;
+use crate::patch_model::memory::LearningStep;
 use crate::patch_model::params::{LearningParams, PatchParams};
 use crate::patch_model::scale::ScaleParams;
 use crate::patch_model::sparse::codes::{CodeParams, MAX_ATOMS};
@@ -129,6 +130,16 @@ impl PatchModelConfig {
         }
     }
 
+    /// What learns on the frame with this number (Sec. 2.5 of the paper); `robust` counts sure frames
+    /// alone.
+    pub(crate) fn learning_step(&self, frame: u64) -> LearningStep {
+        let every = |interval: usize| frame.is_multiple_of(interval as u64);
+        LearningStep {
+            templates: every(self.update_interval),
+            small_dictionary: every(self.small_update_interval),
+        }
+    }
+
     /// Checks that patches fit the templates, and dictionaries their limit.
     pub(super) fn check(&self) -> Result<(), Error> {
         for (field, patch) in [("large_patch", self.large_patch), ("small_patch", self.small_patch)]
@@ -160,5 +171,21 @@ impl PatchModelConfig {
             }
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn templates_and_small_dictionary_learn_at_their_own_intervals() {
+        let config = PatchModelConfig::coarse();
+        for (frame, templates, small_dictionary) in
+            [(1, false, false), (5, true, false), (19, false, false), (20, true, true)]
+        {
+            let step = LearningStep { templates, small_dictionary };
+            assert_eq!(config.learning_step(frame), step, "{frame}");
+        }
     }
 }

@@ -11,7 +11,7 @@ use crate::config::PaperConfig;
 use crate::estimate::{Estimate, Status};
 use crate::network_error::NetworkError;
 use crate::observe::{FrameView, Observer, PaperView};
-use crate::patch_model::memory::{LearningScratch, LearningStep};
+use crate::patch_model::memory::LearningScratch;
 use crate::patch_model::model::{
     CandidateScores, Candidates, LikelihoodRequest, PatchErrorScratch, PatchModel, cut_candidate,
 };
@@ -116,7 +116,7 @@ impl PaperTarget {
         let candidate = particles.candidate(best);
         self.frames += 1;
         self.model.collect(candidate, learning);
-        let step = learning_step(self.frames, config);
+        let step = config.patches.learning_step(self.frames);
         let learned = self.model.learn((candidate, visibility), step, &mut self.rng, learning);
         self.finish_estimate(estimate);
         if let Some(show) = show {
@@ -155,14 +155,5 @@ impl TargetTracker for PaperTarget {
             }
         }
         Ok(())
-    }
-}
-
-/// What learns on the frame with this number (Sec. 2.5).
-fn learning_step(frame: u64, config: &PaperConfig) -> LearningStep {
-    let every = |interval: usize| frame.is_multiple_of(interval as u64);
-    LearningStep {
-        templates: every(config.patches.update_interval),
-        small_dictionary: every(config.patches.small_update_interval),
     }
 }

@@ -8,16 +8,6 @@ use crate::correlation::histogram::{Histograms, MapScratch, Rates};
 #[derive(Debug)]
 pub(crate) struct ColourModel {
     histograms: Histograms,
-    params: ColourParams,
-}
-
-#[derive(Debug)]
-struct ColourParams {
-    /// Weight of the map, relative to the memory's mean response.
-    weight: f64,
-    /// The map counts from this contrast on.
-    contrast: f64,
-    rates: Rates,
 }
 
 /// Where the target's colours are.
@@ -30,22 +20,10 @@ pub(crate) struct ColourMap<'a> {
     pub weight: f32,
 }
 
-impl ColourParams {
-    fn new(config: &RobustConfig) -> Self {
-        let (target, around) = (config.colour_rate as f32, config.around_rate as f32);
-        Self {
-            weight: config.colour_weight,
-            contrast: config.colour_contrast,
-            rates: Rates { target, around },
-        }
-    }
-}
-
 impl ColourModel {
     /// The colours of the target in the middle of a sample.
-    pub fn begin(sample: &Sample<'_>, config: &RobustConfig, scratch: &mut MapScratch) -> Self {
-        let histograms = Histograms::begin(sample.patch, sample.window.pixels(), scratch);
-        Self { histograms, params: ColourParams::new(config) }
+    pub fn begin(sample: &Sample<'_>, scratch: &mut MapScratch) -> Self {
+        Self { histograms: Histograms::begin(sample.patch, sample.window.pixels(), scratch) }
     }
 
     /// As a snapshot holds them.
@@ -57,11 +35,11 @@ impl ColourModel {
     ///
     /// # Errors
     /// What is damaged.
-    pub fn restore(histograms: Histograms, config: &RobustConfig) -> Result<Self, &'static str> {
+    pub fn restore(histograms: Histograms) -> Result<Self, &'static str> {
         if !histograms.is_sound() {
             return Err("the histograms of colours are damaged");
         }
-        Ok(Self { histograms, params: ColourParams::new(config) })
+        Ok(Self { histograms })
     }
 
     /// How well colour tells the target from what is around it: from -1, through 0, not at all, to
@@ -76,19 +54,20 @@ impl ColourModel {
         &self,
         sample: &Sample<'_>,
         mean: f64,
+        config: &RobustConfig,
         scratch: &'a mut MapScratch,
     ) -> Option<ColourMap<'a>> {
-        let ColourParams { weight, contrast, .. } = self.params;
-        if weight <= 0.0 || self.contrast() < contrast {
+        if config.colour_weight <= 0.0 || self.contrast() < config.colour_contrast {
             return None;
         }
         let cells = self.histograms.map(sample.patch, sample.window.pixels(), scratch);
-        Some(ColourMap { cells, weight: (weight * mean) as f32 })
+        Some(ColourMap { cells, weight: (config.colour_weight * mean) as f32 })
     }
 
     /// Learns the colours of the target in the middle of a sample.
-    pub fn learn(&mut self, sample: &Sample<'_>, scratch: &mut MapScratch) {
-        let (size, rates) = (sample.window.pixels(), self.params.rates);
+    pub fn learn(&mut self, sample: &Sample<'_>, config: &RobustConfig, scratch: &mut MapScratch) {
+        let (target, around) = (config.colour_rate as f32, config.around_rate as f32);
+        let (size, rates) = (sample.window.pixels(), Rates { target, around });
         self.histograms.learn(sample.patch, size, rates, scratch);
     }
 }

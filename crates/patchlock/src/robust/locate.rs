@@ -52,12 +52,21 @@ pub(crate) struct LocatorScratch {
     size: ScaleScratch,
 }
 
-/// What a place is located in: a frame, the window that cuts samples from it, and the memory.
+/// What a place is located in: a frame, the window that cuts samples from it, and the memory; and by
+/// which settings.
 #[derive(Clone, Copy)]
 pub(crate) struct FrameContext<'a> {
     pub frame: &'a Frame<'a>,
     pub window: &'a Window,
     pub memory: &'a Memory,
+    pub config: &'a RobustConfig,
+}
+
+impl FrameContext<'_> {
+    /// The place, moved into the frame and limited in size.
+    pub fn keep(&self, pose: Pose) -> Pose {
+        pose.kept_within(self.frame.size(), self.window.base(), self.config.least_side)
+    }
 }
 
 impl Locator {
@@ -71,7 +80,7 @@ impl Locator {
         let (region, window) = (sample.region(), sample.window);
         Self {
             tracking_filter: TrackingFilter::begin(sample, config, &mut scratch.filter),
-            colours: ColourModel::begin(sample, config, &mut scratch.map),
+            colours: ColourModel::begin(sample, &mut scratch.map),
             rotation: RotationEstimator::begin(frame, region, config, &mut scratch.rotation),
             camera: CameraRotation::begin(frame, config.rotate, &mut scratch.camera),
             size: ScaleEstimator::begin(frame, region, window, config, &mut scratch.size),
@@ -104,8 +113,8 @@ impl Locator {
         }
         Ok(Self {
             tracking_filter: TrackingFilter::restore(tracking_filter, window, config)?,
-            colours: ColourModel::restore(colours, config)?,
-            rotation: RotationEstimator::restore(rotation, config)?,
+            colours: ColourModel::restore(colours)?,
+            rotation: RotationEstimator::restore(rotation)?,
             camera,
             size: ScaleEstimator::restore(size, window, config)?,
         })
@@ -134,7 +143,7 @@ impl Locator {
         let followed = self.turned_with_camera(context, followed, sample, scratch);
         let pose = self.turned(context, followed, sample, scratch);
         let pose = self.size.measured(context.frame, pose, &mut scratch.size);
-        context.window.keep(pose, context.frame)
+        context.keep(pose)
     }
 
     /// The hypothesis turned with the camera, if tracking filter and memory respond stronger to it.
@@ -163,13 +172,11 @@ impl Locator {
         scratch: &mut LocatorScratch,
     ) -> Pose {
         let pose = followed.pose;
-        let (region, mean) = (pose.region(context.window.base()), context.memory.mean());
-        let (measured, rotation) = ((&followed, mean), &mut scratch.rotation);
-        let suggestion = self.rotation.suggest(context.frame, region, measured, rotation);
+        let suggestion = self.rotation.suggest(context, &followed, &mut scratch.rotation);
         let Some(suggestion) = suggestion else { return pose };
         let turned = suggestion.poses(pose).map(|pose| self.follow(context, pose, sample, scratch));
         let Some(accepted) = suggestion.accept(&followed, turned) else { return pose };
-        self.rotation.begin_turning();
+        self.rotation.begin_turning(context.config);
         accepted.pose
     }
 
@@ -184,7 +191,7 @@ impl Locator {
         let LocatorScratch { tracking_filter, memory, map, .. } = scratch;
         let sample = context.window.sample(context.frame, around, sample);
         let known = context.memory.respond(&sample, memory);
-        let map = self.colours.map(&sample, context.memory.mean(), map);
+        let map = self.colours.map(&sample, context.memory.mean(), context.config, map);
         self.tracking_filter.propose(&sample, map, known, tracking_filter)
     }
 
@@ -199,13 +206,13 @@ impl Locator {
         &mut self,
         frame: &Frame<'_>,
         sample: &Sample<'_>,
-        learns_size: bool,
+        (config, learns_size): (&RobustConfig, bool),
         scratch: &mut LocatorScratch,
     ) {
         let region = sample.region();
         self.tracking_filter.learn(sample, &mut scratch.filter);
-        self.colours.learn(sample, &mut scratch.map);
-        self.rotation.learn(frame, region, &mut scratch.rotation);
+        self.colours.learn(sample, config, &mut scratch.map);
+        self.rotation.learn(frame, region, config, &mut scratch.rotation);
         if learns_size {
             self.size.learn(frame, region, &mut scratch.size);
         }

@@ -25,7 +25,6 @@ pub(crate) struct Memory {
     sure: u64,
     /// What it was after the first sure frames.
     early: Option<EarlyMemory>,
-    settings: Settings,
 }
 
 /// The memory as it was after the first sure frames. It never learns, so it notices when the memory
@@ -36,16 +35,6 @@ struct EarlyMemory {
     filter: Vec<f32>,
     /// The mean of the memory's response at the target over the frames that it was learnt from.
     mean: f64,
-}
-
-#[derive(Debug, Clone, Copy)]
-struct Settings {
-    /// Learning rate; the first frames count alike.
-    rate: f64,
-    /// Sure frames after which the early memory is kept.
-    early_after: u64,
-    /// Largest response elsewhere, relative to that at the place.
-    elsewhere_most: f64,
 }
 
 /// A memory as a snapshot holds it.
@@ -77,32 +66,16 @@ pub(crate) struct Recognition {
     pub early: f64,
 }
 
-impl Settings {
-    fn new(config: &RobustConfig) -> Self {
-        Self {
-            rate: config.memory_rate,
-            early_after: config.first_frames as u64,
-            elsewhere_most: config.elsewhere_most,
-        }
-    }
-}
-
 impl Memory {
     /// A memory of this filter, which was learnt from this sample.
-    pub fn begin(
-        sample: &Sample<'_>,
-        filter: &[f32],
-        config: &RobustConfig,
-        buffers: &mut ResponseBuffers,
-    ) -> Self {
+    pub fn begin(sample: &Sample<'_>, filter: &[f32], buffers: &mut ResponseBuffers) -> Self {
         let mean = sample.respond(filter, buffers).at([0.0; 2]).max(LEAST_MEAN);
-        let settings = Settings::new(config);
-        Self { filter: filter.to_vec(), mean, sure: 0, early: None, settings }
+        Self { filter: filter.to_vec(), mean, sure: 0, early: None }
     }
 
     /// As a snapshot holds it.
     pub fn saved(&self) -> SavedMemory {
-        let Self { filter, mean, sure, early, .. } = self;
+        let Self { filter, mean, sure, early } = self;
         let early = early.as_ref().map(|EarlyMemory { filter, mean }| SavedEarlyMemory {
             filter: SavedNumbers::of(filter),
             mean: *mean,
@@ -114,11 +87,7 @@ impl Memory {
     ///
     /// # Errors
     /// What is damaged.
-    pub fn restore(
-        saved: SavedMemory,
-        window: &Window,
-        config: &RobustConfig,
-    ) -> Result<Self, &'static str> {
+    pub fn restore(saved: SavedMemory, window: &Window) -> Result<Self, &'static str> {
         let SavedMemory { filter, mean, sure, early } = saved;
         let means = [Some(mean), early.as_ref().map(|early| early.mean)];
         if !means.into_iter().flatten().all(|mean| mean.is_finite() && mean > 0.0) {
@@ -132,9 +101,7 @@ impl Memory {
         let early = early.map(|SavedEarlyMemory { filter, mean }| {
             restore(filter).map(|filter| EarlyMemory { filter, mean })
         });
-        let (filter, early, settings) =
-            (restore(filter)?, early.transpose()?, Settings::new(config));
-        Ok(Self { filter, mean, sure, early, settings })
+        Ok(Self { filter: restore(filter)?, mean, sure, early: early.transpose()? })
     }
 
     /// The filter that remembers.
@@ -174,13 +141,18 @@ impl Memory {
     }
 
     /// What it says of the target in the middle of a sample.
-    pub fn recognise(&self, sample: &Sample<'_>, buffers: &mut ResponseBuffers) -> Recognition {
+    pub fn recognise(
+        &self,
+        sample: &Sample<'_>,
+        config: &RobustConfig,
+        buffers: &mut ResponseBuffers,
+    ) -> Recognition {
         let response = self.respond(sample, buffers);
         let certainty = self.certainty(response);
         let here = certainty * self.mean;
         let away = response.beyond(sample.window.cells().map(|side| side / 2.0));
         let elsewhere =
-            if away <= 0.0 { 0.0 } else { self.settings.elsewhere_most.min(away / here.max(0.0)) };
+            if away <= 0.0 { 0.0 } else { config.elsewhere_most.min(away / here.max(0.0)) };
         let early = self.early.as_ref().map_or(certainty, |early| {
             sample.respond(&early.filter, buffers).at([0.0; 2]) / early.mean
         });
@@ -188,15 +160,15 @@ impl Memory {
     }
 
     /// Learns the tracking filter on a sure frame, on which it was this sure of the place.
-    pub fn learn(&mut self, filter: &[f32], certainty: f64) {
+    pub fn learn(&mut self, filter: &[f32], certainty: f64, config: &RobustConfig) {
         self.sure += 1;
-        let rate = self.settings.rate.max(1.0 / (self.sure + 1) as f64) as f32;
+        let rate = config.memory_rate.max(1.0 / (self.sure + 1) as f64) as f32;
         let pairs = self.filter.iter_mut().zip(filter);
         pairs.for_each(|(memory, filter)| *memory = *memory * (1.0 - rate) + filter * rate);
         // The response to the frame that the filter was learnt from is no measure of later ones.
-        let rate = self.settings.rate.max(1.0 / self.sure as f64);
+        let rate = config.memory_rate.max(1.0 / self.sure as f64);
         self.mean = (self.mean * (1.0 + rate * (certainty - 1.0))).max(LEAST_MEAN);
-        if self.early.is_none() && self.sure >= self.settings.early_after {
+        if self.early.is_none() && self.sure >= config.first_frames as u64 {
             self.early = Some(EarlyMemory { filter: self.filter.clone(), mean: self.mean });
         }
     }
@@ -209,12 +181,19 @@ mod tests {
     use crate::robust::window::tests::{SIDE, impulse, plane, spectra, window};
     use crate::vision::crop::Planes;
 
-    /// A memory of an impulse, with this mean response and a learning rate of 0.25: it responds to
-    /// a sample with the sample's own plane.
+    fn config() -> RobustConfig {
+        RobustConfig {
+            memory_rate: 0.25,
+            first_frames: 2,
+            elsewhere_most: 2.0,
+            ..Default::default()
+        }
+    }
+
+    /// A memory of an impulse, with this mean response: it responds to a sample with the sample's own
+    /// plane.
     fn memory(window: &Window, mean: f64) -> Memory {
-        let filter = impulse(window);
-        let settings = Settings { rate: 0.25, early_after: 2, elsewhere_most: 2.0 };
-        Memory { filter, mean, sure: 0, early: None, settings }
+        Memory { filter: impulse(window), mean, sure: 0, early: None }
     }
 
     fn on_sample<T>(cells: &[(usize, f32)], ask: impl FnOnce(&Sample<'_>) -> T) -> T {
@@ -226,7 +205,8 @@ mod tests {
 
     fn recognise(cells: &[(usize, f32)], mean: f64) -> Recognition {
         on_sample(cells, |sample| {
-            memory(sample.window, mean).recognise(sample, &mut ResponseBuffers::default())
+            let buffers = &mut ResponseBuffers::default();
+            memory(sample.window, mean).recognise(sample, &config(), buffers)
         })
     }
 
@@ -272,7 +252,7 @@ mod tests {
         // The share of the first frame in the mean: a half, a third, a quarter, and then falling by
         // a quarter.
         for share in [0.5, 1.0 / 3.0, 0.25, 0.1875] {
-            memory.learn(&other, 1.0);
+            memory.learn(&other, 1.0, &config());
             assert!((memory.filter[at] - share).abs() < 1e-6, "{} {share}", memory.filter[at]);
         }
         assert_eq!((memory.sure(), memory.mean()), (4, 1.0));
@@ -284,11 +264,11 @@ mod tests {
         let (mut memory, same) = (memory(&window, 2.0), memory(&window, 1.0).filter);
         // On the first sure frame it becomes the response there: the first frame itself does not
         // count.
-        memory.learn(&same, 0.5);
+        memory.learn(&same, 0.5, &config());
         assert_eq!(memory.mean(), 1.0);
-        memory.learn(&same, 0.8);
+        memory.learn(&same, 0.8, &config());
         assert!((memory.mean() - 0.9).abs() < 1e-12);
-        memory.learn(&same, -1e6);
+        memory.learn(&same, -1e6, &config());
         assert_eq!(memory.mean(), LEAST_MEAN);
     }
 
@@ -301,15 +281,15 @@ mod tests {
             // Two frames with nothing: a third of the first filter is left, and the mean is 0.5.
             for _ in 0..2 {
                 assert_eq!(memory.early.is_none(), memory.sure() < 2);
-                let known = memory.recognise(sample, &mut buffers);
+                let known = memory.recognise(sample, &config(), &mut buffers);
                 assert_eq!(known.early, known.certainty);
-                memory.learn(&blank, 0.5f64.sqrt());
+                memory.learn(&blank, 0.5f64.sqrt(), &config());
             }
-            let early = memory.recognise(sample, &mut buffers).early;
+            let early = memory.recognise(sample, &config(), &mut buffers).early;
             for _ in 0..9 {
-                memory.learn(&blank, 1.0);
+                memory.learn(&blank, 1.0, &config());
             }
-            let known = memory.recognise(sample, &mut buffers);
+            let known = memory.recognise(sample, &config(), &mut buffers);
             assert_eq!(known.early, early);
             assert!(known.certainty < 0.2 * early, "{known:?}");
         });
@@ -317,13 +297,13 @@ mod tests {
 
     #[test]
     fn a_saved_memory_is_restored_or_refused() {
-        let (window, config) = (window(), RobustConfig::default());
+        let window = window();
         let mut late = memory(&window, 1.0);
         let blank = vec![0.0; late.filter.len()];
-        (0..3).for_each(|_| late.learn(&blank, 1.0));
+        (0..3).for_each(|_| late.learn(&blank, 1.0, &config()));
         let (good, late) = (memory(&window, 1.0).saved(), late.saved());
         for saved in [&good, &late] {
-            assert_eq!(Memory::restore(saved.clone(), &window, &config).unwrap().saved(), *saved);
+            assert_eq!(Memory::restore(saved.clone(), &window).unwrap().saved(), *saved);
         }
         let early = late.early.unwrap();
         for damaged in [
@@ -340,7 +320,7 @@ mod tests {
                 ..good.clone()
             },
         ] {
-            assert!(Memory::restore(damaged, &window, &config).is_err());
+            assert!(Memory::restore(damaged, &window).is_err());
         }
     }
 }

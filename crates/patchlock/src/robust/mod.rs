@@ -37,8 +37,8 @@ use memory::Memory;
 use occlusion::{OcclusionModel, OcclusionScratch, PatchObservation};
 use pose::Pose;
 pub(crate) use saved::SavedRobust;
-use search::{Detection, SearchParams, Searcher};
-use status::{Phase, StatusParams, TrackState};
+use search::{Detection, Searcher};
+use status::{Phase, TrackState};
 use window::{SampleBuffers, Window};
 
 /// Elsewhere than where an unseen target is followed, the memory has to be this many times surer.
@@ -56,8 +56,7 @@ pub(crate) struct RobustTarget {
     state: TrackState,
     /// Frames since the first.
     frames: u64,
-    search: SearchParams,
-    status: StatusParams,
+    config: RobustConfig,
 }
 
 /// Buffers, shared by all targets of a thread. They carry nothing from one frame to the next.
@@ -82,18 +81,17 @@ impl RobustTarget {
         let window = Window::begin(frame, bbox, config, sample);
         let sample = window.sample(frame, pose, sample);
         let locator = Locator::begin(frame, &sample, config, buffers);
-        let memory = Memory::begin(&sample, locator.filter(), config, &mut buffers.memory);
+        let memory = Memory::begin(&sample, locator.filter(), &mut buffers.memory);
         let occlusion = OcclusionModel::begin(frame, sample.region(), (seed, config));
         let mut estimate = Estimate::empty();
         let visibility = estimate.visibility.get_or_insert_default();
-        let seen = occlusion.observe(frame, sample.region(), seen, visibility);
-        let known = memory.recognise(&sample, &mut buffers.memory);
+        let seen = occlusion.observe(frame, sample.region(), config, seen, visibility);
+        let known = memory.recognise(&sample, config, &mut buffers.memory);
         let evidence = Evidence::new(known, seen.shares(), locator.contrast());
-        let (search, status) = (SearchParams::new(config), StatusParams::new(config));
         let state = TrackState::first(&evidence);
-        output::fill(pose, window.base(), state.result(&evidence, &status), &mut estimate);
-        let target =
-            Self { pose, window, locator, memory, occlusion, state, frames: 0, search, status };
+        output::fill(pose, window.base(), state.result(&evidence, config), &mut estimate);
+        let config = config.clone();
+        let target = Self { pose, window, locator, memory, occlusion, state, frames: 0, config };
         (target, estimate)
     }
 
@@ -114,24 +112,25 @@ impl RobustTarget {
         }
         // The evidence: what memory, patch model and colours say of it.
         let RobustScratch { sample: buffer, locator: buffers, seen, learning, .. } = scratch;
+        let config = &self.config;
         let sample = self.window.sample(frame, self.pose, buffer);
-        let known = self.memory.recognise(&sample, &mut buffers.memory);
+        let known = self.memory.recognise(&sample, config, &mut buffers.memory);
         let seen = is_followed.then(|| {
             let visibility = estimate.visibility.get_or_insert_default();
-            self.occlusion.observe(frame, sample.region(), seen, visibility)
+            self.occlusion.observe(frame, sample.region(), config, seen, visibility)
         });
         let shares = seen.map(PatchObservation::shares).unwrap_or_default();
         let evidence = Evidence::new(known, shares, self.locator.contrast());
         // The decision: phase, status, score, and what learns.
-        let decision = self.state.advance(&evidence, (self.frames, last), &self.status);
+        let decision = self.state.advance(&evidence, (self.frames, last), config);
         self.state = decision.state;
         if let Some(update) = decision.update {
-            self.locator.learn(frame, &sample, update.size, buffers);
+            self.locator.learn(frame, &sample, (config, update.size), buffers);
             if update.sure
                 && let Some(seen) = seen
             {
-                self.memory.learn(self.locator.filter(), evidence.certainty);
-                self.occlusion.learn(seen, self.memory.sure(), learning);
+                self.memory.learn(self.locator.filter(), evidence.certainty, config);
+                self.occlusion.learn(seen, self.memory.sure(), config, learning);
             }
         }
         let pose = decision.back.unwrap_or(self.pose);
@@ -146,9 +145,10 @@ impl RobustTarget {
 
     /// Moves to where the filters follow the target to.
     fn follow(&mut self, frame: &Frame<'_>, scratch: &mut RobustScratch) {
-        let Self { pose, window, locator, memory, .. } = self;
+        let Self { pose, window, locator, memory, config, .. } = self;
         let RobustScratch { sample, locator: buffers, .. } = scratch;
-        *pose = locator.locate(FrameContext { frame, window, memory }, *pose, sample, buffers);
+        let context = FrameContext { frame, window, memory, config };
+        *pose = locator.locate(context, *pose, sample, buffers);
     }
 
     /// Searches while the target is lost or occluded; a re-detection is verified. Says whether it is
@@ -159,34 +159,36 @@ impl RobustTarget {
             Phase::Occluded { next, last, .. } => (last, next),
             Phase::Tracking { .. } | Phase::Verifying { .. } => return false,
         };
-        let Self { window, memory, search, .. } = &*self;
+        let Self { window, memory, config, .. } = &*self;
         let RobustScratch { sample, locator: buffers, .. } = &mut *scratch;
-        let context = FrameContext { frame, window, memory };
+        let context = FrameContext { frame, window, memory, config };
         let mut searcher = Searcher { context, sample, response: &mut buffers.memory };
-        let found = searcher.search(last, next, search);
+        let found = searcher.search(last, next);
         let is_better =
             |found: &Detection| self.state.is_lost() || self.is_better(frame, *found, scratch);
         let Some(found) = found.filter(is_better) else {
-            self.state.search_on(self.search.windows - 1);
+            self.state.search_on(self.config.search_windows as u64 - 1);
             return false;
         };
         self.locator.restart(&self.memory);
-        self.state.begin_verification(self.pose, &self.status);
+        self.state.begin_verification(self.pose, &self.config);
         self.pose = found.pose;
         true
     }
 
     /// Whether the target is rather at a place that was found than where it is followed, unseen.
     fn is_better(&self, frame: &Frame<'_>, found: Detection, scratch: &mut RobustScratch) -> bool {
-        let Self { pose, window, memory, occlusion, search, .. } = self;
+        let Self { pose, window, memory, occlusion, config, .. } = self;
         let RobustScratch { sample, locator: buffers, seen, .. } = scratch;
-        let context = FrameContext { frame, window, memory };
+        let context = FrameContext { frame, window, memory, config };
         let here = Searcher { context, sample, response: &mut buffers.memory }.certainty(*pose);
         let is_near = found.pose.is_within(*pose, window.base());
         let region = found.pose.region(window.base());
-        (is_near || found.certainty >= REDETECTION_MARGIN * here)
-            && occlusion.observe(frame, region, seen, &mut Visibility::default()).shares().reported
-                >= search.least_visible
+        if !(is_near || found.certainty >= REDETECTION_MARGIN * here) {
+            return false;
+        }
+        let seen = occlusion.observe(frame, region, config, seen, &mut Visibility::default());
+        seen.shares().reported >= config.seen_again
     }
 }
 

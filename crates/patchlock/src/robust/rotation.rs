@@ -2,6 +2,7 @@
 //! memory.
 
 use super::hypothesis::Hypothesis;
+use super::locate::FrameContext;
 use super::pose::Pose;
 use crate::config::RobustConfig;
 use crate::correlation::rotation::{
@@ -19,7 +20,6 @@ pub(crate) struct RotationEstimator {
     mean: f64,
     /// Frames for which the target counts as turning.
     turning: u32,
-    params: RotationParams,
 }
 
 /// What is known about the rotation, as a snapshot holds it.
@@ -28,48 +28,6 @@ pub(crate) struct SavedRotationEstimator {
     filter: SavedRotation,
     mean: f64,
     turning: u32,
-}
-
-/// When rotation is measured, and when it counts.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct RotationParams {
-    /// Whether rotation is followed.
-    rotate: bool,
-    /// It is measured where the memory's response is at most this share of its mean, or the target
-    /// turns.
-    below: f64,
-    /// When a measured rotation is clear.
-    clear: ConfidenceParams,
-    /// When a measured rotation counts, and how fast the filter learns.
-    still: RotationLimits,
-    /// The same while the target turns.
-    turning: RotationLimits,
-    /// Frames without rotation after which the target no longer turns.
-    turning_frames: u32,
-}
-
-/// When a measured rotation is clear.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct ConfidenceParams {
-    /// The filter responds at least with this share of its mean response,
-    share: f64,
-    /// and the rotation is at most this, in radians.
-    most: f64,
-    /// The mean response before anything was measured.
-    mean: f64,
-    /// Rate of the mean response.
-    rate: f64,
-}
-
-/// When a measured rotation counts.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct RotationLimits {
-    /// The smallest rotation, in radians.
-    least: f64,
-    /// Tracking filter and memory must respond this many times stronger to it.
-    margin: f64,
-    /// Learning rate of the filter.
-    rate: f32,
 }
 
 /// Rotations that were suggested for a place.
@@ -81,43 +39,6 @@ pub(crate) struct RotationCandidates {
     margin: f64,
 }
 
-impl RotationParams {
-    fn new(config: &RobustConfig) -> Self {
-        Self {
-            rotate: config.rotate,
-            below: config.rotation_below,
-            clear: ConfidenceParams {
-                share: config.rotation_clear,
-                most: config.rotation_most,
-                mean: config.rotation_mean,
-                rate: config.rotation_mean_rate,
-            },
-            still: RotationLimits {
-                least: config.rotation_least,
-                margin: config.rotation_margin,
-                rate: config.rotation_rate as f32,
-            },
-            turning: RotationLimits {
-                least: config.turning_least,
-                margin: config.turning_margin,
-                rate: config.turning_rate as f32,
-            },
-            turning_frames: config.turning_frames as u32,
-        }
-    }
-
-    /// The limits while the target turns, and while it does not.
-    fn limits(&self, turning: bool) -> RotationLimits {
-        if turning { self.turning } else { self.still }
-    }
-
-    /// Whether rotation is measured. A rotation that matters makes the memory less sure: `memory`
-    /// is its response, `mean` its mean response.
-    fn is_measured(&self, turning: bool, memory: f64, mean: f64) -> bool {
-        self.rotate && (turning || memory <= self.below * mean)
-    }
-}
-
 impl RotationEstimator {
     /// A filter that has learnt the target in this region.
     pub fn begin(
@@ -127,13 +48,12 @@ impl RotationEstimator {
         scratch: &mut RotationScratch,
     ) -> Self {
         let filter = RotationFilter::begin(frame, region, scratch);
-        let params = RotationParams::new(config);
-        Self { filter, mean: params.clear.mean, turning: 0, params }
+        Self { filter, mean: config.rotation_mean, turning: 0 }
     }
 
     /// As a snapshot holds it.
     pub fn saved(&self) -> SavedRotationEstimator {
-        let Self { filter, mean, turning, .. } = self;
+        let Self { filter, mean, turning } = self;
         SavedRotationEstimator { filter: filter.saved(), mean: *mean, turning: *turning }
     }
 
@@ -141,54 +61,56 @@ impl RotationEstimator {
     ///
     /// # Errors
     /// What is damaged.
-    pub fn restore(
-        saved: SavedRotationEstimator,
-        config: &RobustConfig,
-    ) -> Result<Self, &'static str> {
+    pub fn restore(saved: SavedRotationEstimator) -> Result<Self, &'static str> {
         let SavedRotationEstimator { filter, mean, turning } = saved;
         if !mean.is_finite() {
             return Err("the mean response of the filter over rotation is not finite");
         }
-        let filter = RotationFilter::restore(filter)?;
-        Ok(Self { filter, mean, turning, params: RotationParams::new(config) })
+        Ok(Self { filter: RotationFilter::restore(filter)?, mean, turning })
     }
 
     /// Other rotations that the target may have at the place that was chosen, if one is measured
-    /// that is clear and large enough to count. `tracked` is the hypothesis of the tracking filter, `mean` the
-    /// memory's mean response.
+    /// that is clear and large enough to count. `followed` is the hypothesis of the tracking filter.
     pub fn suggest(
         &mut self,
-        frame: &Frame<'_>,
-        region: Region,
-        (tracking_filter, mean): (&Hypothesis, f64),
+        context: FrameContext<'_>,
+        followed: &Hypothesis,
         scratch: &mut RotationScratch,
     ) -> Option<RotationCandidates> {
+        let FrameContext { frame, window, memory, config } = context;
         let turning = self.turning > 0;
         self.turning = self.turning.saturating_sub(1);
-        if !self.params.is_measured(turning, tracking_filter.memory, mean) {
+        if !is_measured(config, turning, followed.memory, memory.mean()) {
             return None;
         }
-        let limits = self.params.limits(turning);
+        let region = followed.pose.region(window.base());
         let turn = self.filter.find(frame, region, scratch);
-        if !self.params.clear.holds(turn, self.mean) {
+        if !is_clear(config, turn, self.mean) {
             return None;
         }
-        self.mean += self.params.clear.rate * (turn.response - self.mean);
+        self.mean += config.rotation_mean_rate * (turn.response - self.mean);
         let rotations = [region.rotation + turn.rotation, 0.0];
-        let counts = turn.rotation.abs() >= limits.least;
-        counts.then_some(RotationCandidates { rotations, margin: limits.margin })
+        let [least, margin, _] = limits(config, turning);
+        let counts = turn.rotation.abs() >= least;
+        counts.then_some(RotationCandidates { rotations, margin })
     }
 
     /// The target turns.
-    pub fn begin_turning(&mut self) {
-        self.turning = self.params.turning_frames;
+    pub fn begin_turning(&mut self, config: &RobustConfig) {
+        self.turning = config.turning_frames as u32;
     }
 
     /// Learns the target in this region, if rotation is followed.
-    pub fn learn(&mut self, frame: &Frame<'_>, region: Region, scratch: &mut RotationScratch) {
-        if self.params.rotate {
-            let limits = self.params.limits(self.turning > 0);
-            self.filter.learn(frame, region, limits.rate, scratch);
+    pub fn learn(
+        &mut self,
+        frame: &Frame<'_>,
+        region: Region,
+        config: &RobustConfig,
+        scratch: &mut RotationScratch,
+    ) {
+        if config.rotate {
+            let [_, _, rate] = limits(config, self.turning > 0);
+            self.filter.learn(frame, region, rate as f32, scratch);
         }
     }
 }
@@ -218,10 +140,24 @@ impl RotationCandidates {
     }
 }
 
-impl ConfidenceParams {
-    /// Whether a measured rotation is clear; `mean` is the filter's mean response.
-    fn holds(&self, turn: RotationEstimate, mean: f64) -> bool {
-        turn.response >= self.share * mean && turn.rotation.abs() <= self.most
+/// Whether rotation is measured. A rotation that matters makes the memory less sure: `memory` is its
+/// response, `mean` its mean response.
+fn is_measured(config: &RobustConfig, turning: bool, memory: f64, mean: f64) -> bool {
+    config.rotate && (turning || memory <= config.rotation_below * mean)
+}
+
+/// Whether a measured rotation is clear; `mean` is the filter's mean response.
+fn is_clear(config: &RobustConfig, turn: RotationEstimate, mean: f64) -> bool {
+    turn.response >= config.rotation_clear * mean && turn.rotation.abs() <= config.rotation_most
+}
+
+/// The smallest rotation that counts, in radians, how many times stronger tracking filter and memory
+/// must respond to it, and the learning rate of the filter.
+fn limits(config: &RobustConfig, turning: bool) -> [f64; 3] {
+    if turning {
+        [config.turning_least, config.turning_margin, config.turning_rate]
+    } else {
+        [config.rotation_least, config.rotation_margin, config.rotation_rate]
     }
 }
 
@@ -230,14 +166,6 @@ mod tests {
     use super::*;
 
     const POSE: Pose = Pose { centre: [40.0, 30.0], scale: 1.0, rotation: 0.2 };
-    const PARAMS: RotationParams = RotationParams {
-        rotate: true,
-        below: 0.8,
-        clear: ConfidenceParams { share: 0.4, most: 0.35, mean: 0.3, rate: 0.05 },
-        still: RotationLimits { least: 0.18, margin: 1.1, rate: 0.1 },
-        turning: RotationLimits { least: 0.03, margin: 1.02, rate: 0.2 },
-        turning_frames: 10,
-    };
 
     /// A hypothesis with this rotation, to which tracking filter and memory respond like this together.
     fn hypothesis(rotation: f64, support: f64) -> Hypothesis {
@@ -254,14 +182,18 @@ mod tests {
             (false, 0.81, 2.0, true),
             (true, 0.9, 1.0, true),
         ] {
-            assert_eq!(PARAMS.is_measured(turning, memory, mean), measured, "{memory} {mean}");
-            let never = RotationParams { rotate: false, ..PARAMS };
-            assert!(!never.is_measured(turning, memory, mean));
+            let config = RobustConfig { rotation_below: 0.8, ..Default::default() };
+            let is = is_measured(&config, turning, memory, mean);
+            assert_eq!(is, measured, "{memory} {mean}");
+            let never = RobustConfig { rotate: false, ..config };
+            assert!(!is_measured(&never, turning, memory, mean));
         }
     }
 
     #[test]
     fn a_weak_or_a_large_measurement_is_not_clear() {
+        let config =
+            RobustConfig { rotation_clear: 0.4, rotation_most: 0.35, ..Default::default() };
         for (rotation, response, clear) in [
             (0.1, 0.2, true),
             (0.1, 0.199, false),
@@ -270,11 +202,8 @@ mod tests {
             (-0.36, 0.5, false),
             (-0.35, 0.5, true),
         ] {
-            assert_eq!(
-                PARAMS.clear.holds(RotationEstimate { rotation, response }, 0.5),
-                clear,
-                "{rotation} {response}"
-            );
+            let turn = RotationEstimate { rotation, response };
+            assert_eq!(is_clear(&config, turn, 0.5), clear, "{rotation} {response}");
         }
     }
 

@@ -5,8 +5,7 @@ use super::locate::{Locator, SavedLocator};
 use super::memory::{Memory, SavedMemory};
 use super::occlusion::{OcclusionModel, SavedOcclusionModel};
 use super::pose::Pose;
-use super::search::SearchParams;
-use super::status::{StatusParams, TrackState};
+use super::status::TrackState;
 use super::window::{SavedWindow, Window};
 use crate::config::RobustConfig;
 use serde::{Deserialize, Serialize};
@@ -56,17 +55,16 @@ impl RobustTarget {
         if !state.is_sound() {
             return Err("what it believes of the target is damaged");
         }
-        let window = Window::restore(&window, config)?;
+        let window = Window::restore(&window)?;
         Ok(Self {
             pose,
             locator: Locator::restore(locator, &window, config)?,
-            memory: Memory::restore(memory, &window, config)?,
+            memory: Memory::restore(memory, &window)?,
             occlusion: OcclusionModel::restore(occlusion, config)?,
             window,
             state,
             frames,
-            search: SearchParams::new(config),
-            status: StatusParams::new(config),
+            config: config.clone(),
         })
     }
 }

@@ -29,41 +29,6 @@ pub(crate) struct RunningMeans {
     pub first_contrast: f64,
 }
 
-/// The score is the logistic function of a sum, fitted to the development targets.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct ScoreParams {
-    /// Rate of the mean reported share over many frames,
-    rate: f64,
-    /// over the last ones,
-    lately_rate: f64,
-    /// and of the means of what the memory says.
-    memory_rate: f64,
-    bias: f64,
-    /// Times the mean visible share.
-    visible: f64,
-    /// Times the mean response elsewhere.
-    elsewhere: f64,
-    /// Times the contrast of colours, relative to the first frame.
-    contrast: f64,
-    /// Times the mean certainty of the early memory.
-    early: f64,
-}
-
-impl ScoreParams {
-    pub fn new(config: &RobustConfig) -> Self {
-        Self {
-            rate: config.score_rate,
-            lately_rate: config.unseen_rate,
-            memory_rate: config.score_memory_rate,
-            bias: config.score_bias,
-            visible: config.score_visible,
-            elsewhere: config.score_elsewhere,
-            contrast: config.score_contrast,
-            early: config.score_early,
-        }
-    }
-}
-
 impl RunningMeans {
     /// In the first frame.
     pub fn first(evidence: &Evidence) -> Self {
@@ -81,30 +46,30 @@ impl RunningMeans {
     }
 
     /// With one frame more, at a place that was found: those of the last frames begin anew.
-    pub fn restarted(self, evidence: &Evidence, params: &ScoreParams) -> Self {
-        let Self { visible, .. } = self.after(evidence, params);
+    pub fn restarted(self, evidence: &Evidence, config: &RobustConfig) -> Self {
+        let Self { visible, .. } = self.after(evidence, config);
         Self { visible, first_contrast: self.first_contrast, ..Self::first(evidence) }
     }
 
     /// With one frame more.
-    pub fn after(mut self, evidence: &Evidence, params: &ScoreParams) -> Self {
-        self.visible += params.rate * (evidence.visible - self.visible);
-        self.recent_visible += params.lately_rate * (evidence.visible - self.recent_visible);
-        self.elsewhere += params.memory_rate * (evidence.elsewhere - self.elsewhere);
-        self.early += params.memory_rate * (early(evidence) - self.early);
+    pub fn after(mut self, evidence: &Evidence, config: &RobustConfig) -> Self {
+        self.visible += config.score_rate * (evidence.visible - self.visible);
+        self.recent_visible += config.unseen_rate * (evidence.visible - self.recent_visible);
+        self.elsewhere += config.score_memory_rate * (evidence.elsewhere - self.elsewhere);
+        self.early += config.score_memory_rate * (early(evidence) - self.early);
         self
     }
 
     /// The probability that the box overlaps the target by at least half, from the means with this
-    /// frame and the frame itself.
-    pub fn score(&self, evidence: &Evidence, params: &ScoreParams) -> f64 {
+    /// frame and the frame itself: the logistic function of a sum, fitted to the development targets.
+    pub fn score(&self, evidence: &Evidence, config: &RobustConfig) -> f64 {
         let first = self.first_contrast.max(LEAST_CONTRAST);
         let contrast = (evidence.contrast / first).min(MOST_CONTRAST);
-        let sum = params.bias
-            + params.visible * self.visible
-            + params.elsewhere * self.elsewhere
-            + params.contrast * contrast
-            + params.early * self.early;
+        let sum = config.score_bias
+            + config.score_visible * self.visible
+            + config.score_elsewhere * self.elsewhere
+            + config.score_contrast * contrast
+            + config.score_early * self.early;
         1.0 / (1.0 + (-sum).exp())
     }
 }
@@ -119,16 +84,19 @@ pub(crate) mod tests {
     use super::*;
 
     /// Visible share and response elsewhere count alike.
-    pub const PARAMS: ScoreParams = ScoreParams {
-        rate: 0.1,
-        lately_rate: 0.5,
-        memory_rate: 0.25,
-        bias: 0.0,
-        visible: 4.0,
-        elsewhere: -4.0,
-        contrast: 0.0,
-        early: 0.0,
-    };
+    pub fn config() -> RobustConfig {
+        RobustConfig {
+            score_rate: 0.1,
+            unseen_rate: 0.5,
+            score_memory_rate: 0.25,
+            score_bias: 0.0,
+            score_visible: 4.0,
+            score_elsewhere: -4.0,
+            score_contrast: 0.0,
+            score_early: 0.0,
+            ..Default::default()
+        }
+    }
 
     const EVIDENCE: Evidence = Evidence {
         certainty: 0.9,
@@ -153,17 +121,23 @@ pub(crate) mod tests {
 
     #[test]
     fn the_sum_has_a_term_for_each_number() {
-        let params = ScoreParams { bias: 0.5, contrast: 3.0, early: 2.0, ..PARAMS };
+        let config =
+            RobustConfig { score_bias: 0.5, score_contrast: 3.0, score_early: 2.0, ..config() };
         let means = RunningMeans { first_contrast: 0.5, ..MEANS };
         let evidence = Evidence { contrast: 0.25, ..EVIDENCE };
         let sum = 0.5 + 4.0 * 0.3 - 4.0 * 0.6 + 3.0 * 0.5 + 2.0 * 1.0;
-        assert!((means.score(&evidence, &params) - logistic(sum)).abs() < 1e-12);
+        assert!((means.score(&evidence, &config) - logistic(sum)).abs() < 1e-12);
     }
 
     #[test]
     fn contrast_counts_relative_to_the_first_frame() {
-        let params =
-            ScoreParams { bias: -1.0, visible: 0.0, elsewhere: 0.0, contrast: 2.0, ..PARAMS };
+        let config = RobustConfig {
+            score_bias: -1.0,
+            score_visible: 0.0,
+            score_elsewhere: 0.0,
+            score_contrast: 2.0,
+            ..config()
+        };
         // The sum is -1 and twice the relative contrast.
         for (first_contrast, contrast, sum) in [
             (0.5, 0.25, 0.0),
@@ -173,7 +147,7 @@ pub(crate) mod tests {
             (0.5, -0.5, -3.0),
         ] {
             let evidence = Evidence { contrast, ..EVIDENCE };
-            let score = RunningMeans { first_contrast, ..MEANS }.score(&evidence, &params);
+            let score = RunningMeans { first_contrast, ..MEANS }.score(&evidence, &config);
             assert!((score - logistic(sum)).abs() < 1e-12, "{first_contrast} {contrast}");
         }
     }
@@ -182,7 +156,7 @@ pub(crate) mod tests {
     fn the_means_move_towards_the_frame_by_the_rate() {
         let near = |a: f64, b: f64| (a - b).abs() < 1e-12;
         for (early, after) in [(0.6, 0.9), (9.0, 1.125), (-3.0, 0.75)] {
-            let means = MEANS.after(&Evidence { early, ..EVIDENCE }, &PARAMS);
+            let means = MEANS.after(&Evidence { early, ..EVIDENCE }, &config());
             assert!(near(means.visible, 0.35) && near(means.recent_visible, 0.55), "{means:?}");
             assert!(near(means.elsewhere, 0.5), "{means:?}");
             assert!(near(means.early, after), "{early} {means:?}");
@@ -192,8 +166,8 @@ pub(crate) mod tests {
 
     #[test]
     fn at_a_place_that_was_found_the_means_of_the_last_frames_begin_anew() {
-        let begun = MEANS.restarted(&EVIDENCE, &PARAMS);
-        let RunningMeans { visible, .. } = MEANS.after(&EVIDENCE, &PARAMS);
+        let begun = MEANS.restarted(&EVIDENCE, &config());
+        let RunningMeans { visible, .. } = MEANS.after(&EVIDENCE, &config());
         let first_contrast = MEANS.first_contrast;
         assert_eq!(
             begun,

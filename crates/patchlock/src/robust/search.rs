@@ -7,26 +7,6 @@ use crate::config::RobustConfig;
 use crate::correlation::response::ResponseBuffers;
 use crate::vision::frame::FrameSize;
 
-/// How a frame is searched.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct SearchParams {
-    /// Windows on each frame, the one around the last place included.
-    pub windows: u64,
-    /// A place is found where the memory is more certain than this.
-    above: f64,
-    /// A peak in a window is examined at its centre if it is above this share of `above`: the
-    /// window weakens it.
-    promising: f64,
-    /// Windows overlap by this share of their side, as responses fade towards their borders.
-    overlap: f64,
-    /// Sizes, relative to the last one, of one pass over the frame after the other.
-    sizes: [f64; 4],
-    /// Sizes, relative to the last one, that are tried at a place that was found.
-    tried: [f64; 3],
-    /// Of what is found while an unseen target is followed, at least this share is visible.
-    pub least_visible: f64,
-}
-
 /// A place that the memory found.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Detection {
@@ -41,48 +21,36 @@ pub(crate) struct Searcher<'a> {
     pub response: &'a mut ResponseBuffers,
 }
 
-impl SearchParams {
-    pub fn new(config: &RobustConfig) -> Self {
-        Self {
-            windows: config.search_windows as u64,
-            above: config.found_above,
-            promising: config.found_promising,
-            overlap: config.search_overlap,
-            sizes: [1.0, config.search_larger, config.search_smaller, 1.0],
-            tried: [1.0, config.found_smaller, config.found_larger],
-            least_visible: config.seen_again,
-        }
-    }
-}
-
 impl Searcher<'_> {
     /// Looks at the last place and at some more windows, from number `next` of the search on.
     /// Returns the place that the memory knows best, if that counts as found.
-    pub fn search(&mut self, last: Pose, next: u64, params: &SearchParams) -> Option<Detection> {
-        let poses = self.windows(last, next, params).take(params.windows as usize);
-        let found = self.best(None, poses, params)?;
-        // The window in which a target is found may have any size of the search, and the target
-        // would keep it: the scale filter learns from there on.
-        let sizes = params.tried.map(|size| Pose { scale: last.scale * size, ..found.pose });
-        self.best(Some(found), sizes, params)
+    pub fn search(&mut self, last: Pose, next: u64) -> Option<Detection> {
+        let poses = self.windows(last, next).take(self.context.config.search_windows);
+        let found = self.best(None, poses)?;
+        self.in_best_size(found, last.scale)
+    }
+
+    /// A place that was found, in the size around this scale that the memory knows best. The window
+    /// in which a target is found may have any size of the search, and the target would keep it: the
+    /// scale filter learns from there on.
+    fn in_best_size(&mut self, found: Detection, scale: f64) -> Option<Detection> {
+        let config = self.context.config;
+        let sizes = [1.0, config.found_smaller, config.found_larger];
+        let poses = sizes.map(|size| Pose { scale: scale * size, ..found.pose });
+        self.best(Some(found), poses)
     }
 
     /// The places whose windows are looked at: the last one, then those of the search from number
     /// `next` on.
-    pub fn windows(
-        &self,
-        last: Pose,
-        next: u64,
-        params: &SearchParams,
-    ) -> impl Iterator<Item = Pose> + use<> {
-        let FrameContext { frame, window, .. } = self.context;
-        let passes = Passes::new((frame.size(), window), last, params);
+    pub fn windows(&self, last: Pose, next: u64) -> impl Iterator<Item = Pose> + use<> {
+        let FrameContext { frame, window, config, .. } = self.context;
+        let passes = Passes::new((frame.size(), window), last, config);
         std::iter::once(last).chain((next..).map(move |number| passes.pose(number)))
     }
 
     /// How certain the memory is of a place.
     pub fn certainty(&mut self, pose: Pose) -> f64 {
-        let FrameContext { frame, window, memory } = self.context;
+        let FrameContext { frame, window, memory, .. } = self.context;
         let sample = window.sample(frame, pose, self.sample);
         memory.certainty(memory.respond(&sample, self.response))
     }
@@ -92,12 +60,11 @@ impl Searcher<'_> {
         &mut self,
         before: Option<Detection>,
         windows: impl IntoIterator<Item = Pose>,
-        params: &SearchParams,
     ) -> Option<Detection> {
         let mut best = before;
         for around in windows {
-            let least = best.map_or(params.above, |found| found.certainty);
-            let found = self.look_around(around, params);
+            let least = best.map_or(self.context.config.found_above, |found| found.certainty);
+            let found = self.look_around(around);
             best = found.filter(|found| found.certainty > least).or(best);
         }
         best
@@ -105,15 +72,16 @@ impl Searcher<'_> {
 
     /// The memory's best place in the window around a place, unless its response is too weak to go
     /// there.
-    fn look_around(&mut self, around: Pose, params: &SearchParams) -> Option<Detection> {
-        let FrameContext { frame, window, memory } = self.context;
+    fn look_around(&mut self, around: Pose) -> Option<Detection> {
+        let FrameContext { frame, window, memory, config } = self.context;
         let Self { sample: buffers, response, .. } = self;
         let sample = window.sample(frame, around, buffers);
         let hypothesis = memory.propose(&sample, memory.respond(&sample, response));
-        if hypothesis.response < params.promising * params.above * memory.mean() {
+        // The window weakens a peak that is not at its centre.
+        if hypothesis.response < config.found_promising * config.found_above * memory.mean() {
             return None;
         }
-        let pose = window.keep(hypothesis.pose, frame);
+        let pose = self.context.keep(hypothesis.pose);
         Some(Detection { pose, certainty: self.certainty(pose) })
     }
 }
@@ -136,10 +104,12 @@ struct Pass {
 
 impl Passes {
     /// The search for a target that was last at this place.
-    fn new((frame, window): (FrameSize, &Window), last: Pose, params: &SearchParams) -> Self {
-        let passes = params.sizes.map(|size| {
+    fn new((frame, window): (FrameSize, &Window), last: Pose, config: &RobustConfig) -> Self {
+        let sizes = [1.0, config.search_larger, config.search_smaller, 1.0];
+        let passes = sizes.map(|size| {
             let scale = last.scale * size;
-            let step = window.side(scale) * (1.0 - params.overlap);
+            // Windows overlap, as responses fade towards their borders.
+            let step = window.side(scale) * (1.0 - config.search_overlap);
             let count = |length: usize| (length as f64 / step).ceil().max(1.0) as u64;
             Pass { scale, columns: count(frame.width), rows: count(frame.height) }
         });
@@ -189,13 +159,10 @@ mod tests {
     /// At this scale, the window has a side of 80 pixels.
     const LAST: Pose = Pose { centre: [7.0, 9.0], scale: 1.25, rotation: 0.3 };
 
-    fn params() -> SearchParams {
-        SearchParams::new(&RobustConfig::default())
-    }
-
     /// The windows of two rounds of passes, pass by pass.
     fn rounds() -> Vec<Vec<Pose>> {
-        let (passes, mut next) = (Passes::new((FRAME, &window()), LAST, &params()), 0);
+        let (passes, mut next) =
+            (Passes::new((FRAME, &window()), LAST, &RobustConfig::default()), 0);
         let pass = |number: usize| {
             let first = next;
             next += passes.passes[number % 4].windows();
@@ -242,7 +209,8 @@ mod tests {
 
     #[test]
     fn a_window_larger_than_the_frame_is_the_only_one_of_its_pass() {
-        let passes = Passes::new((FRAME, &window()), Pose { scale: 20.0, ..LAST }, &params());
+        let (config, last) = (RobustConfig::default(), Pose { scale: 20.0, ..LAST });
+        let passes = Passes::new((FRAME, &window()), last, &config);
         for (number, scale) in [20.0, 24.0, 16.0, 20.0, 20.0].into_iter().enumerate() {
             let pose = passes.pose(number as u64);
             assert_eq!((pose.centre, pose.scale), ([160.0, 120.0], scale));
@@ -251,56 +219,60 @@ mod tests {
 
     /// Calls with a searcher whose memory has learnt the target of the demo in its box, in that
     /// very frame.
-    fn with_searcher(check: impl FnOnce(&mut Searcher<'_>, Pose, &SearchParams)) {
+    fn with_searcher(config: &RobustConfig, check: impl FnOnce(&mut Searcher<'_>, Pose)) {
         let scene = Scene::demo();
         let (rendered, [x, y, w, h]) = (scene.frame(0), scene.truth(0).bbox);
         let frame = Frame::rgb8(&rendered.rgb, rendered.width, rendered.height).unwrap();
-        let (config, bbox) = (RobustConfig::default(), BoundingBox { x, y, w, h });
+        let bbox = BoundingBox { x, y, w, h };
         let (mut sample, mut response) = (SampleBuffers::default(), ResponseBuffers::default());
-        let window = Window::begin(&frame, bbox, &config, &mut sample);
-        let (pose, params) = (Pose::first(bbox), SearchParams::new(&config));
+        let window = Window::begin(&frame, bbox, config, &mut sample);
+        let pose = Pose::first(bbox);
         let first = window.sample(&frame, pose, &mut sample);
-        let tracking_filter = TrackingFilter::begin(&first, &config, &mut FilterScratch::default());
-        let memory = Memory::begin(&first, tracking_filter.filter(), &config, &mut response);
+        let tracking_filter = TrackingFilter::begin(&first, config, &mut FilterScratch::default());
+        let memory = Memory::begin(&first, tracking_filter.filter(), &mut response);
         let mut searcher = Searcher {
-            context: FrameContext { frame: &frame, window: &window, memory: &memory },
+            context: FrameContext { frame: &frame, window: &window, memory: &memory, config },
             sample: &mut sample,
             response: &mut response,
         };
-        check(&mut searcher, pose, &params);
+        check(&mut searcher, pose);
     }
 
     #[test]
     fn what_is_found_in_a_window_of_another_size_gets_its_own() {
-        with_searcher(|searcher, target, params| {
-            let once = SearchParams { windows: 1, ..*params };
-            for size in params.sizes {
+        let config = RobustConfig { search_windows: 1, ..Default::default() };
+        with_searcher(&config, |searcher, target| {
+            for size in [1.0, config.search_larger, config.search_smaller] {
                 let pose = Pose { scale: size, ..target };
-                let found = searcher.look_around(pose, params).unwrap();
+                let found = searcher.look_around(pose).unwrap();
                 assert_eq!(found.pose.scale, size);
-                let sizes = params.tried.map(|size| Pose { scale: size, ..found.pose });
-                let best = searcher.best(Some(found), sizes, params).unwrap().pose;
+                let best = searcher.in_best_size(found, target.scale).unwrap().pose;
                 assert_eq!(best.scale, 1.0, "found at {size}");
                 let [x, y] = [0, 1].map(|axis| best.centre[axis] - target.centre[axis]);
                 assert!(x.hypot(y) < 1.0, "found at {size}: {x}, {y} from the target");
             }
-            let found = searcher.search(target, 0, &once).unwrap().pose;
+            let found = searcher.search(target, 0).unwrap().pose;
             assert_eq!(found.scale, 1.0);
         });
     }
 
     #[test]
     fn the_target_is_found_wherever_the_search_began_and_not_below_the_limit() {
-        with_searcher(|searcher, target, params| {
+        let mut config = RobustConfig::default();
+        let mut counts = [0; 4];
+        with_searcher(&config, |searcher, target| {
+            let FrameContext { frame, window, config, .. } = searcher.context;
+            let passes = Passes::new((frame.size(), window), target, config).passes;
+            counts = passes.map(|pass| pass.windows() as usize);
+        });
+        config.search_windows = counts.iter().sum();
+        with_searcher(&config, |searcher, target| {
             let far = Pose { centre: [0.0, 0.0], ..target };
-            let FrameContext { frame, window, .. } = searcher.context;
-            let passes = Passes::new((frame.size(), window), target, params).passes;
-            let all = SearchParams { windows: passes.iter().map(Pass::windows).sum(), ..*params };
-            let found = searcher.search(far, 0, &all).unwrap().pose;
+            let found = searcher.search(far, 0).unwrap().pose;
             let [x, y] = [0, 1].map(|axis| found.centre[axis] - target.centre[axis]);
             assert!(x.hypot(y) < 1.0, "{x}, {y} from the target");
-            let strict = SearchParams { windows: passes[0].windows(), above: 1e6, ..*params };
-            assert_eq!(searcher.search(target, 0, &strict), None);
         });
+        config = RobustConfig { search_windows: counts[0], found_above: 1e6, ..config };
+        with_searcher(&config, |searcher, target| assert_eq!(searcher.search(target, 0), None));
     }
 }

@@ -4,12 +4,10 @@
 use super::evidence::Evidence;
 use super::pose::Pose;
 use super::score::RunningMeans;
+use crate::config::RobustConfig;
 use crate::estimate::Status;
-use params::OccludedParams;
-pub(crate) use params::StatusParams;
 use serde::{Deserialize, Serialize};
 
-mod params;
 #[cfg(test)]
 mod tests;
 
@@ -138,8 +136,8 @@ impl TrackState {
     }
 
     /// Begins to verify a re-detection; `back` is the last pose before.
-    pub fn begin_verification(&mut self, back: Pose, params: &StatusParams) {
-        self.phase = Phase::Verifying { left: params.trial, back };
+    pub fn begin_verification(&mut self, back: Pose, config: &RobustConfig) {
+        self.phase = Phase::Verifying { left: config.trial as u32, back };
     }
 
     /// Goes on with the search, after this many windows in which nothing was found.
@@ -155,22 +153,21 @@ impl TrackState {
         mut self,
         evidence: &Evidence,
         (frame, last): (u64, Pose),
-        params: &StatusParams,
+        config: &RobustConfig,
     ) -> Decision {
-        let score = &params.score;
         self.means = match self.phase {
-            Phase::Verifying { left, .. } if left == params.trial => {
-                self.means.restarted(evidence, score)
+            Phase::Verifying { left, .. } if left == config.trial as u32 => {
+                self.means.restarted(evidence, config)
             }
-            _ => self.means.after(evidence, score),
+            _ => self.means.after(evidence, config),
         };
         if self.is_lost() {
-            let result = self.result(evidence, params);
+            let result = self.result(evidence, config);
             return Decision { state: self, result, update: None, back: None };
         }
-        let cue = self.cue(evidence, params);
-        let mut state = self.learned(evidence, cue, params);
-        state.phase = self.next_phase(evidence, cue, last, params);
+        let cue = self.cue(evidence, config);
+        let mut state = self.learned(evidence, cue, config);
+        state.phase = self.next_phase(evidence, cue, last, config);
         let back = match (self.phase, state.phase) {
             (Phase::Verifying { back, .. }, Phase::Lost { .. } | Phase::Occluded { .. }) => {
                 Some(back)
@@ -178,36 +175,36 @@ impl TrackState {
             (Phase::Occluded { last, .. }, Phase::Lost { .. }) => Some(last),
             _ => None,
         };
-        let result = state.result(evidence, params);
-        let update = (!state.is_lost()).then(|| state.update_policy(evidence, frame, params));
+        let result = state.result(evidence, config);
+        let update = (!state.is_lost()).then(|| state.update_policy(evidence, frame, config));
         Decision { state, result, update, back }
     }
 
     /// Status and score.
-    pub fn result(&self, evidence: &Evidence, params: &StatusParams) -> FrameResult {
-        let score = self.means.score(evidence, &params.score);
+    pub fn result(&self, evidence: &Evidence, config: &RobustConfig) -> FrameResult {
+        let score = self.means.score(evidence, config);
         let status = match self.phase {
             Phase::Lost { .. } => Status::Lost,
             // The score calls a target lost before it is given up.
-            _ if score < params.lost => Status::Lost,
+            _ if score < config.score_lost => Status::Lost,
             Phase::Tracking { .. }
-                if score >= params.tracked && evidence.visible >= params.visible =>
+                if score >= config.score_tracked && evidence.visible >= config.visible_tracked =>
             {
                 Status::Tracked
             }
             _ => Status::Uncertain,
         };
-        let score = if self.is_lost() { score.min(params.lost) } else { score };
+        let score = if self.is_lost() { score.min(config.score_lost) } else { score };
         FrameResult { status, score }
     }
 
     /// The failure cue of a frame.
-    fn cue(&self, evidence: &Evidence, params: &StatusParams) -> FailureCue {
-        let (unrecognised, certainty) = (&params.unrecognised, evidence.certainty);
+    fn cue(&self, evidence: &Evidence, config: &RobustConfig) -> FailureCue {
+        let certainty = evidence.certainty;
         // Appearance that changes slowly makes the memory less sure, too, but never suddenly.
-        if certainty < unrecognised.below && certainty < unrecognised.drop * self.recent {
+        if certainty < config.lost_below && certainty < config.lost_drop * self.recent {
             FailureCue::Unrecognised
-        } else if self.is_occlusion_cue(evidence, params) {
+        } else if self.is_occlusion_cue(evidence, config) {
             FailureCue::Occlusion
         } else {
             FailureCue::None
@@ -217,40 +214,39 @@ impl TrackState {
     /// Whether the memory is so sure of a place that it can learn from it. Appearance that changes
     /// slowly makes it less sure; it then learns the change, but neither what hides the target slowly
     /// nor what the patch model does not know.
-    fn is_sure(&self, evidence: &Evidence, params: &StatusParams) -> bool {
-        evidence.certainty > params.sure * self.recent.min(1.0)
-            && evidence.visible >= params.sure_shown
-            && !self.is_hidden(evidence, params)
+    fn is_sure(&self, evidence: &Evidence, config: &RobustConfig) -> bool {
+        evidence.certainty > config.sure * self.recent.min(1.0)
+            && evidence.visible >= config.sure_shown
+            && !self.is_hidden(evidence, config)
     }
 
     /// Whether next to nothing of the target is visible.
-    fn is_hidden(&self, evidence: &Evidence, params: &StatusParams) -> bool {
-        evidence.strictly_visible < params.sure_visible * self.seen
+    fn is_hidden(&self, evidence: &Evidence, config: &RobustConfig) -> bool {
+        evidence.strictly_visible < config.sure_visible * self.seen
     }
 
     /// Whether something that the patch model half recognises covers the target: little of it is
     /// visible, the memory responds elsewhere as well, and its colours stand out less from those
     /// around it, as where what covers it is larger. Similar things nearby do the first two, but
     /// not the third.
-    fn is_occlusion_cue(&self, evidence: &Evidence, params: &StatusParams) -> bool {
-        let occlusion = &params.occlusion;
-        evidence.certainty < occlusion.below
-            && evidence.strictly_visible < occlusion.visible * self.seen
-            && evidence.elsewhere > occlusion.elsewhere
-            && evidence.contrast < occlusion.contrast * self.contrast
+    fn is_occlusion_cue(&self, evidence: &Evidence, config: &RobustConfig) -> bool {
+        evidence.certainty < config.covered_below
+            && evidence.strictly_visible < config.covered_visible * self.seen
+            && evidence.elsewhere > config.covered_elsewhere
+            && evidence.contrast < config.covered_contrast * self.contrast
     }
 
     /// The running means after a frame.
-    fn learned(mut self, evidence: &Evidence, cue: FailureCue, params: &StatusParams) -> Self {
+    fn learned(mut self, evidence: &Evidence, cue: FailureCue, config: &RobustConfig) -> Self {
         if self.is_searched() {
             return self;
         }
-        if self.is_sure(evidence, params) {
-            self.seen += params.recent_rate * (evidence.strictly_visible - self.seen);
-            self.contrast += params.recent_rate * (evidence.contrast - self.contrast);
+        if self.is_sure(evidence, config) {
+            self.seen += config.recent_rate * (evidence.strictly_visible - self.seen);
+            self.contrast += config.recent_rate * (evidence.contrast - self.contrast);
         }
         if cue == FailureCue::None {
-            self.recent += params.recent_rate * (evidence.certainty - self.recent);
+            self.recent += config.recent_rate * (evidence.certainty - self.recent);
         }
         self
     }
@@ -261,13 +257,13 @@ impl TrackState {
         evidence: &Evidence,
         cue: FailureCue,
         last: Pose,
-        params: &StatusParams,
+        config: &RobustConfig,
     ) -> Phase {
-        let is_occluded = self.is_occluded(evidence, params);
+        let is_occluded = self.is_occluded(evidence, config);
         let most = match cue {
             FailureCue::None => None,
-            FailureCue::Unrecognised => Some(params.unrecognised.after),
-            FailureCue::Occlusion => Some(params.occlusion.after),
+            FailureCue::Unrecognised => Some(config.lost_after as u32),
+            FailureCue::Occlusion => Some(config.covered_after as u32),
         };
         let occluded = |last| Phase::Occluded { next: 0, unknown: 0, last };
         match self.phase {
@@ -281,21 +277,20 @@ impl TrackState {
             },
             Phase::Verifying { left, back } if most.is_none() && !is_occluded => match left {
                 2.. => Phase::Verifying { left: left - 1, back },
-                _ if self.means.recent_visible < params.trial_shown => occluded(back),
+                _ if self.means.recent_visible < config.trial_shown => occluded(back),
                 _ => Phase::Tracking { doubtful: 0 },
             },
             Phase::Verifying { back, .. } => occluded(back),
             Phase::Occluded { next, unknown, last } => {
-                self.phase_of_searched(evidence, (next, unknown, last), &params.occluded)
+                self.phase_of_searched(evidence, (next, unknown, last), config)
             }
             lost @ Phase::Lost { .. } => lost,
         }
     }
 
     /// Whether the target is hardly seen where it is followed.
-    fn is_occluded(&self, evidence: &Evidence, params: &StatusParams) -> bool {
-        let OccludedParams { below, certainty, .. } = params.occluded;
-        self.means.recent_visible < below && evidence.certainty < certainty
+    fn is_occluded(&self, evidence: &Evidence, config: &RobustConfig) -> bool {
+        self.means.recent_visible < config.unseen_below && evidence.certainty < config.found_above
     }
 
     /// The phase after a frame on which the target was searched for: it is seen again where it is
@@ -304,14 +299,16 @@ impl TrackState {
         &self,
         evidence: &Evidence,
         (next, unknown, last): (u64, u32, Pose),
-        params: &OccludedParams,
+        config: &RobustConfig,
     ) -> Phase {
-        if self.means.recent_visible > params.again && evidence.certainty > params.again_certainty {
+        if self.means.recent_visible > config.seen_again
+            && evidence.certainty > config.seen_certainty
+        {
             return Phase::Tracking { doubtful: 0 };
         }
         let unknown =
-            if evidence.certainty < params.gone_below { unknown.saturating_add(1) } else { 0 };
-        match unknown < params.gone_after {
+            if evidence.certainty < config.gone_below { unknown.saturating_add(1) } else { 0 };
+        match unknown < config.lost_after as u32 {
             true => Phase::Occluded { next, unknown, last },
             false => Phase::Lost { next },
         }
@@ -322,13 +319,13 @@ impl TrackState {
         &self,
         evidence: &Evidence,
         frame: u64,
-        params: &StatusParams,
+        config: &RobustConfig,
     ) -> UpdatePolicy {
-        let first = frame <= params.first_frames;
-        let known = self.is_sure(evidence, params) || first && !self.is_hidden(evidence, params);
+        let first = frame <= config.first_frames as u64;
+        let known = self.is_sure(evidence, config) || first && !self.is_hidden(evidence, config);
         UpdatePolicy {
             sure: known && matches!(self.phase, Phase::Tracking { .. }),
-            size: evidence.distraction() < params.size_below,
+            size: evidence.distraction() < config.scale_below,
         }
     }
 }

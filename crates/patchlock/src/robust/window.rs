@@ -23,8 +23,6 @@ pub(crate) struct Window {
     base: [f64; 2],
     pixel: f64,
     colour: bool,
-    /// Shortest side to which the target may shrink, in pixels.
-    least_side: f64,
     features: Features,
     /// The cells of the target, inside which the filter may be other than zero.
     mask: Mask,
@@ -85,20 +83,14 @@ impl Window {
             let [red, green, blue] = buffers.patch.rgb();
             colour = red != green || green != blue;
         }
-        Self::of((base, pixel), n, colour, config)
+        Self::of((base, pixel), n, colour)
     }
 
     /// The window for a target of this size, with this many frame pixels per pixel of a patch with
     /// `n` cells on a side.
-    fn of((base, pixel): ([f64; 2], f64), n: usize, colour: bool, config: &RobustConfig) -> Self {
+    fn of((base, pixel): ([f64; 2], f64), n: usize, colour: bool) -> Self {
         let mask = Mask::middle(n, base.map(|side| side / (pixel * CELL as f64)));
-        let (least_side, features) = (config.least_side, Features::new(n));
-        Self { base, pixel, colour, least_side, features, mask }
-    }
-
-    /// The place, moved into the frame and limited in size.
-    pub fn keep(&self, pose: Pose, frame: &Frame<'_>) -> Pose {
-        pose.kept_within(frame.size(), self.base, self.least_side)
+        Self { base, pixel, colour, features: Features::new(n), mask }
     }
 
     /// As a snapshot holds it.
@@ -111,7 +103,7 @@ impl Window {
     ///
     /// # Errors
     /// What is damaged.
-    pub fn restore(saved: &SavedWindow, config: &RobustConfig) -> Result<Self, &'static str> {
+    pub fn restore(saved: &SavedWindow) -> Result<Self, &'static str> {
         let SavedWindow { base, pixel, cells, colour } = *saved;
         let patch = pixel * (cells * CELL) as f64;
         let is_size = base.iter().all(|side| (1.0..=MAX_SIDE).contains(side));
@@ -121,7 +113,7 @@ impl Window {
         if cells > MAX_CELLS || smooth_side(cells as f64) != cells {
             return Err("the number of cells is not one that the tracker uses");
         }
-        Ok(Self::of((base, pixel), cells, colour, config))
+        Ok(Self::of((base, pixel), cells, colour))
     }
 
     /// Width and height of the target in the first frame.
@@ -219,7 +211,7 @@ pub(super) mod tests {
     pub fn window() -> Window {
         let (cell, pixel) = (CELL as f64, 2.0);
         let base = [2.0 * cell * pixel, 3.0 * cell * pixel];
-        Window::of((base, pixel), SIDE, false, &RobustConfig::default())
+        Window::of((base, pixel), SIDE, false)
     }
 
     /// The cell in the middle, where [`impulse`] is.
@@ -290,7 +282,7 @@ pub(super) mod tests {
     #[test]
     fn a_damaged_window_is_refused() {
         let good = window().saved();
-        assert_eq!(Window::restore(&good, &RobustConfig::default()).unwrap().saved(), good);
+        assert_eq!(Window::restore(&good).unwrap().saved(), good);
         for damaged in [
             SavedWindow { base: [0.5, 10.0], ..good },
             SavedWindow { base: [10.0, f64::NAN], ..good },
@@ -298,7 +290,7 @@ pub(super) mod tests {
             SavedWindow { cells: 11, ..good },
             SavedWindow { cells: 1024, ..good },
         ] {
-            assert!(Window::restore(&damaged, &RobustConfig::default()).is_err(), "{damaged:?}");
+            assert!(Window::restore(&damaged).is_err(), "{damaged:?}");
         }
     }
 }

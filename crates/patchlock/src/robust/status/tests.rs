@@ -1,38 +1,36 @@
-use super::params::{OccludedParams, OcclusionCueParams, UnrecognisedParams};
 use super::*;
 use crate::robust::score;
 
-/// Thresholds with room between them.
-const PARAMS: StatusParams = StatusParams {
-    first_frames: 10,
-    sure: 0.7,
-    sure_visible: 0.1,
-    sure_shown: 0.3,
-    size_below: 0.2,
-    recent_rate: 0.05,
-    unrecognised: UnrecognisedParams { below: 0.4, drop: 0.6, after: 3 },
-    occlusion: OcclusionCueParams {
-        visible: 0.35,
-        elsewhere: 0.6,
-        contrast: 0.75,
-        below: 0.55,
-        after: 5,
-    },
-    occluded: OccludedParams {
-        below: 0.15,
-        certainty: 0.65,
-        again: 0.25,
-        again_certainty: 0.5,
+/// Thresholds with room between them; visible share and response elsewhere count alike in the score.
+fn config() -> RobustConfig {
+    RobustConfig {
+        first_frames: 10,
+        sure: 0.7,
+        sure_visible: 0.1,
+        sure_shown: 0.3,
+        scale_below: 0.2,
+        recent_rate: 0.05,
+        lost_below: 0.4,
+        lost_drop: 0.6,
+        lost_after: 3,
+        covered_visible: 0.35,
+        covered_elsewhere: 0.6,
+        covered_contrast: 0.75,
+        covered_below: 0.55,
+        covered_after: 5,
+        unseen_below: 0.15,
+        found_above: 0.65,
+        seen_again: 0.25,
+        seen_certainty: 0.5,
         gone_below: 0.3,
-        gone_after: 3,
-    },
-    trial: 4,
-    trial_shown: 0.4,
-    score: score::tests::PARAMS,
-    tracked: 0.5,
-    visible: 0.15,
-    lost: 0.25,
-};
+        trial: 4,
+        trial_shown: 0.4,
+        score_tracked: 0.5,
+        visible_tracked: 0.15,
+        score_lost: 0.25,
+        ..score::tests::config()
+    }
+}
 
 /// A place that the memory knows, with all of the target visible.
 const KNOWN: Evidence = Evidence {
@@ -115,7 +113,7 @@ fn the_phase_follows_from_the_evidence() {
         (Phase::Lost { next: 7 }, KNOWN, Phase::Lost { next: 7 }, false),
         (Phase::Lost { next: 7 }, UNRECOGNISED, Phase::Lost { next: 7 }, false),
     ] {
-        let decision = in_phase(before).advance(&evidence, (LATER, LAST), &PARAMS);
+        let decision = in_phase(before).advance(&evidence, (LATER, LAST), &config());
         assert_eq!(decision.state.phase, after, "{before:?} {evidence:?}");
         assert_eq!(decision.back, goes_back.then_some(BACK), "{before:?} {evidence:?}");
         let is_lost = matches!(after, Phase::Lost { .. });
@@ -154,7 +152,7 @@ fn what_is_hardly_visible_and_hardly_known_is_searched_for_while_it_is_followed(
         let evidence = Evidence { certainty, visible: shown, strictly_visible: shown, ..KNOWN };
         let means = RunningMeans { recent_visible: lately, ..STATE.means };
         let state = TrackState { recent: 0.4, means, ..in_phase(before) };
-        let decision = state.advance(&evidence, (LATER, LAST), &PARAMS);
+        let decision = state.advance(&evidence, (LATER, LAST), &config());
         let name = format!("{before:?} {lately} {shown} {certainty}");
         assert_eq!((decision.state.phase, decision.back), (after, back), "{name}");
         // Filters go on learning, memory and patch model do not.
@@ -179,14 +177,14 @@ fn a_place_is_strange_if_the_memory_is_unsure_and_that_is_sudden() {
         (slow, 0.23, true),
     ] {
         let evidence = Evidence { certainty, ..KNOWN };
-        let cue = state.cue(&evidence, &PARAMS);
+        let cue = state.cue(&evidence, &config());
         assert_eq!(cue == FailureCue::Unrecognised, unrecognised, "{evidence:?} {cue:?}");
     }
 }
 
 #[test]
 fn a_target_is_covered_if_the_memory_is_unsure_and_all_else_says_so() {
-    let cue = |evidence: Evidence| STATE.cue(&evidence, &PARAMS);
+    let cue = |evidence: Evidence| STATE.cue(&evidence, &config());
     assert_eq!(cue(COVERED), FailureCue::Occlusion);
     for spared in [
         Evidence { certainty: 0.55, ..COVERED },
@@ -213,12 +211,12 @@ fn a_frame_is_sure_if_the_memory_is_about_as_sure_as_before() {
     ] {
         let evidence = Evidence { certainty, strictly_visible: visible, ..KNOWN };
         let state = TrackState { recent, ..STATE };
-        assert_eq!(state.is_sure(&evidence, &PARAMS), sure, "{recent} {certainty} {visible}");
+        assert_eq!(state.is_sure(&evidence, &config()), sure, "{recent} {certainty} {visible}");
     }
     // Nor if the patch model knows too little of it.
     for (shown, sure) in [(0.31, true), (0.29, false)] {
         let evidence = Evidence { visible: shown, ..KNOWN };
-        assert_eq!(STATE.is_sure(&evidence, &PARAMS), sure, "{shown}");
+        assert_eq!(STATE.is_sure(&evidence, &config()), sure, "{shown}");
     }
 }
 
@@ -237,7 +235,7 @@ fn memory_and_patch_model_learn_on_sure_and_on_first_frames_outside_trials() {
         (trial, KNOWN, LATER, false),
         (last_of_trial, KNOWN, LATER, true),
     ] {
-        let update = state.advance(&evidence, (frame, LAST), &PARAMS).update.unwrap();
+        let update = state.advance(&evidence, (frame, LAST), &config()).update.unwrap();
         assert_eq!(update.sure, sure, "{:?} {evidence:?} {frame}", state.phase);
     }
 }
@@ -252,7 +250,7 @@ fn the_size_learns_where_the_memory_responds_little_elsewhere_for_what_is_visibl
         (0.8, 1.01, false),
     ] {
         let evidence = Evidence { strictly_visible: visible, elsewhere, ..KNOWN };
-        let update = STATE.advance(&evidence, (LATER, LAST), &PARAMS).update.unwrap();
+        let update = STATE.advance(&evidence, (LATER, LAST), &config()).update.unwrap();
         assert_eq!(update.size, size, "{visible} {elsewhere}");
     }
 }
@@ -260,7 +258,7 @@ fn the_size_learns_where_the_memory_responds_little_elsewhere_for_what_is_visibl
 #[test]
 fn the_means_follow_known_and_sure_frames() {
     let near = |a: f64, b: f64| (a - b).abs() < 1e-12;
-    let after = |evidence| STATE.advance(&evidence, (LATER, LAST), &PARAMS).state;
+    let after = |evidence| STATE.advance(&evidence, (LATER, LAST), &config()).state;
     let evidence =
         Evidence { certainty: 1.1, strictly_visible: 0.4, elsewhere: 0.0, contrast: 0.9, ..KNOWN };
     // Sure: all three move by a twentieth of the way.
@@ -276,7 +274,7 @@ fn the_means_follow_known_and_sure_frames() {
         assert_eq!(TrackState { phase, means, ..unchanged }, STATE);
     }
     let lost = in_phase(Phase::Lost { next: 3 });
-    let after = lost.advance(&evidence, (LATER, LAST), &PARAMS).state;
+    let after = lost.advance(&evidence, (LATER, LAST), &config()).state;
     assert_eq!(TrackState { means: STATE.means, ..after }, lost);
 }
 
@@ -285,15 +283,16 @@ fn the_means_of_the_score_count_every_frame_and_begin_anew_with_a_trial() {
     let trial = |left| in_phase(Phase::Verifying { left, back: BACK });
     let lost = in_phase(Phase::Lost { next: 3 });
     let hidden = Evidence { visible: 0.3, elsewhere: 0.4, early: 0.5, ..KNOWN };
-    let after =
-        |state: TrackState, evidence| state.advance(&evidence, (LATER, LAST), &PARAMS).state.means;
-    for state in [STATE, lost, trial(PARAMS.trial - 1)] {
-        assert_eq!(after(state, hidden), state.means.after(&hidden, &PARAMS.score));
+    let after = |state: TrackState, evidence| {
+        state.advance(&evidence, (LATER, LAST), &config()).state.means
+    };
+    for state in [STATE, lost, trial(3)] {
+        assert_eq!(after(state, hidden), state.means.after(&hidden, &config()));
     }
     let mut found = lost;
-    found.begin_verification(BACK, &PARAMS);
-    assert_eq!(found, trial(PARAMS.trial));
-    assert_eq!(after(found, hidden), found.means.restarted(&hidden, &PARAMS.score));
+    found.begin_verification(BACK, &config());
+    assert_eq!(found, trial(4));
+    assert_eq!(after(found, hidden), found.means.restarted(&hidden, &config()));
 }
 
 #[test]
@@ -302,8 +301,8 @@ fn what_learns_is_decided_with_the_means_of_this_frame() {
     // frame.
     let state = TrackState { recent: 0.8, ..STATE };
     let evidence = Evidence { certainty: 0.555, ..KNOWN };
-    assert!(!state.is_sure(&evidence, &PARAMS));
-    let decision = state.advance(&evidence, (LATER, LAST), &PARAMS);
+    assert!(!state.is_sure(&evidence, &config()));
+    let decision = state.advance(&evidence, (LATER, LAST), &config());
     assert!(decision.update.unwrap().sure);
     // The means of sure frames do not take it in.
     assert_eq!((decision.state.seen, decision.state.contrast), (state.seen, state.contrast));
@@ -333,7 +332,7 @@ fn status_and_score() {
         (occluded, middle, Status::Uncertain, little),
         (occluded, low, Status::Lost, least),
     ] {
-        let result = TrackState { means, ..state }.result(&KNOWN, &PARAMS);
+        let result = TrackState { means, ..state }.result(&KNOWN, &config());
         assert_eq!(result, FrameResult { status, score }, "{state:?} {means:?}");
     }
 }
@@ -341,10 +340,10 @@ fn status_and_score() {
 #[test]
 fn the_verdict_is_that_of_the_new_phase() {
     let occluded = in_phase(Phase::Occluded { next: 0, unknown: 2, last: LAST });
-    let decision = occluded.advance(&UNRECOGNISED, (LATER, LAST), &PARAMS);
+    let decision = occluded.advance(&UNRECOGNISED, (LATER, LAST), &config());
     assert_eq!(decision.result, FrameResult { status: Status::Lost, score: 0.25 });
     let trial = in_phase(Phase::Verifying { left: 1, back: BACK });
-    assert_eq!(trial.advance(&KNOWN, (LATER, LAST), &PARAMS).result.status, Status::Tracked);
+    assert_eq!(trial.advance(&KNOWN, (LATER, LAST), &config()).result.status, Status::Tracked);
 }
 
 #[test]
@@ -352,7 +351,7 @@ fn a_search_goes_on_and_what_it_finds_is_on_trial() {
     let mut state = in_phase(Phase::Lost { next: 7 });
     state.search_on(4);
     assert_eq!(state, in_phase(Phase::Lost { next: 11 }));
-    state.begin_verification(BACK, &PARAMS);
+    state.begin_verification(BACK, &config());
     assert_eq!(state.phase, Phase::Verifying { left: 4, back: BACK });
     let mut state = in_phase(Phase::Occluded { next: 7, unknown: 2, last: BACK });
     state.search_on(4);
