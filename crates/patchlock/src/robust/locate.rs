@@ -2,20 +2,19 @@
 //! and size are then measured.
 
 use super::camera::{CameraBuffers, CameraRotation, MARGIN};
-use super::colours::ColourModel;
+use super::colours;
 use super::hypothesis::Hypothesis;
 use super::memory::Memory;
 use super::pose::Pose;
 use super::rotation::{RotationEstimator, SavedRotationEstimator};
-use super::scale::ScaleEstimator;
-use super::tracking_filter::TrackingFilter;
+use super::tracking_filter;
 use super::window::{Sample, SampleBuffers, Window};
 use crate::config::RobustConfig;
-use crate::correlation::filter::FilterScratch;
-use crate::correlation::histogram::{Histograms, MapScratch};
+use crate::correlation::filter::{FilterLearner, FilterScratch};
+use crate::correlation::histogram::{Histograms, MapScratch, Rates};
 use crate::correlation::response::ResponseBuffers;
 use crate::correlation::rotation::RotationScratch;
-use crate::correlation::scale::{SavedScale, ScaleScratch};
+use crate::correlation::scale::{SavedScale, ScaleFilter, ScaleFilterParams, ScaleScratch};
 use crate::numeric::saved_numbers::SavedNumbers;
 use crate::vision::frame::Frame;
 use serde::{Deserialize, Serialize};
@@ -23,11 +22,13 @@ use serde::{Deserialize, Serialize};
 /// The filter that learns on every frame, and the target's colours.
 #[derive(Debug)]
 pub(crate) struct Locator {
-    tracking_filter: TrackingFilter,
-    colours: ColourModel,
+    learner: FilterLearner,
+    /// The filter that follows: its cells inside the window's mask, a twentieth of its spectra.
+    filter: Vec<f32>,
+    colours: Histograms,
     rotation: RotationEstimator,
     camera: CameraRotation,
-    size: ScaleEstimator,
+    size: ScaleFilter,
 }
 
 /// A locator as a snapshot holds it.
@@ -77,21 +78,23 @@ impl Locator {
         config: &RobustConfig,
         scratch: &mut LocatorScratch,
     ) -> Self {
-        let (region, window) = (sample.region(), sample.window);
+        let (region, window, scale) = (sample.region(), sample.window, scale_params(config));
+        let learner = tracking_filter::learner(window, config);
         Self {
-            tracking_filter: TrackingFilter::begin(sample, config, &mut scratch.filter),
-            colours: ColourModel::begin(sample, &mut scratch.map),
+            filter: learner.begin(window.fourier(), sample.spectra, &mut scratch.filter),
+            learner,
+            colours: Histograms::begin(sample.patch, window.pixels(), &mut scratch.map),
             rotation: RotationEstimator::begin(frame, region, config, &mut scratch.rotation),
             camera: CameraRotation::begin(frame, config.rotate, &mut scratch.camera),
-            size: ScaleEstimator::begin(frame, region, window, config, &mut scratch.size),
+            size: ScaleFilter::begin(frame, window.planes(), region, scale, &mut scratch.size),
         }
     }
 
     /// As a snapshot holds it.
     pub fn saved(&self) -> SavedLocator {
         SavedLocator {
-            tracking_filter: self.tracking_filter.saved(),
-            colours: self.colours.saved(),
+            tracking_filter: SavedNumbers::of(&self.filter),
+            colours: self.colours.clone(),
             rotation: self.rotation.saved(),
             camera: self.camera.clone(),
             size: self.size.saved(),
@@ -111,24 +114,29 @@ impl Locator {
         if !camera.is_sound() || camera.follows() != config.rotate {
             return Err("the rotation of the camera is damaged");
         }
+        let filter = tracking_filter.restore(window.filter()).ok_or("the filter is damaged")?;
+        if !colours.is_sound() {
+            return Err("the histograms of colours are damaged");
+        }
         Ok(Self {
-            tracking_filter: TrackingFilter::restore(tracking_filter, window, config)?,
-            colours: ColourModel::restore(colours)?,
+            learner: tracking_filter::learner(window, config),
+            filter,
+            colours,
             rotation: RotationEstimator::restore(rotation)?,
             camera,
-            size: ScaleEstimator::restore(size, window, config)?,
+            size: ScaleFilter::restore(size, window.base(), scale_params(config))?,
         })
     }
 
     /// The filter that follows.
     pub fn filter(&self) -> &[f32] {
-        self.tracking_filter.filter()
+        &self.filter
     }
 
     /// How well colour tells the target from what is around it: from -1, through 0, not at all, to
     /// 1.
     pub fn contrast(&self) -> f64 {
-        self.colours.contrast()
+        self.colours.contrast().into()
     }
 
     /// The target's place in a frame, from its last one.
@@ -142,8 +150,10 @@ impl Locator {
         let followed = self.follow(context, last, sample, scratch);
         let followed = self.turned_with_camera(context, followed, sample, scratch);
         let pose = self.turned(context, followed, sample, scratch);
-        let pose = self.size.measured(context.frame, pose, &mut scratch.size);
-        context.keep(pose)
+        let FrameContext { frame, window, .. } = context;
+        let region = pose.region(window.base());
+        let factor = self.size.find(frame, window.planes(), region, &mut scratch.size);
+        context.keep(Pose { scale: pose.scale * factor, ..pose })
     }
 
     /// The hypothesis turned with the camera, if tracking filter and memory respond stronger to it.
@@ -188,16 +198,16 @@ impl Locator {
         sample: &mut SampleBuffers,
         scratch: &mut LocatorScratch,
     ) -> Hypothesis {
-        let LocatorScratch { tracking_filter, memory, map, .. } = scratch;
+        let LocatorScratch { tracking_filter: response, memory, map, .. } = scratch;
         let sample = context.window.sample(context.frame, around, sample);
         let known = context.memory.respond(&sample, memory);
-        let map = self.colours.map(&sample, context.memory.mean(), context.config, map);
-        self.tracking_filter.propose(&sample, map, known, tracking_filter)
+        let map = colours::map(&self.colours, &sample, context, map);
+        tracking_filter::propose(&self.filter, &sample, map, known, response)
     }
 
     /// Begins again with what the memory knows.
     pub fn restart(&mut self, memory: &Memory) {
-        self.tracking_filter.restart(memory.filter());
+        self.filter.copy_from_slice(memory.filter());
     }
 
     /// Learns the target in the middle of a sample of this frame; its size only where that is
@@ -209,12 +219,24 @@ impl Locator {
         (config, learns_size): (&RobustConfig, bool),
         scratch: &mut LocatorScratch,
     ) {
-        let region = sample.region();
-        self.tracking_filter.learn(sample, &mut scratch.filter);
-        self.colours.learn(sample, config, &mut scratch.map);
+        let (region, &Sample { window, patch, spectra, .. }) = (sample.region(), sample);
+        let fourier = window.fourier();
+        self.learner.learn(fourier, spectra, &mut self.filter, &mut scratch.filter);
+        let (target, around) = (config.colour_rate as f32, config.around_rate as f32);
+        self.colours.learn(patch, window.pixels(), Rates { target, around }, &mut scratch.map);
         self.rotation.learn(frame, region, config, &mut scratch.rotation);
         if learns_size {
-            self.size.learn(frame, region, &mut scratch.size);
+            self.size.update(frame, window.planes(), region, &mut scratch.size);
         }
+    }
+}
+
+fn scale_params(config: &RobustConfig) -> ScaleFilterParams {
+    ScaleFilterParams {
+        scales: config.scale_count,
+        step: config.scale_step,
+        sigma: config.scale_label_width * (config.scale_count as f64).sqrt(),
+        rate: config.scale_rate,
+        area: config.scale_area,
     }
 }

@@ -14,7 +14,6 @@ mod output;
 mod pose;
 mod rotation;
 mod saved;
-mod scale;
 mod score;
 mod search;
 mod status;

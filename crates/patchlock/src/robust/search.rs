@@ -148,7 +148,7 @@ mod tests {
     use super::*;
     use crate::correlation::filter::FilterScratch;
     use crate::robust::memory::Memory;
-    use crate::robust::tracking_filter::TrackingFilter;
+    use crate::robust::tracking_filter::learner;
     use crate::robust::window::tests::window;
     use crate::vision::frame::Frame;
     use crate::vision::geometry::BoundingBox;
@@ -228,8 +228,9 @@ mod tests {
         let window = Window::begin(&frame, bbox, config, &mut sample);
         let pose = Pose::first(bbox);
         let first = window.sample(&frame, pose, &mut sample);
-        let tracking_filter = TrackingFilter::begin(&first, config, &mut FilterScratch::default());
-        let memory = Memory::begin(&first, tracking_filter.filter(), &mut response);
+        let learner = learner(&window, config);
+        let filter = learner.begin(window.fourier(), first.spectra, &mut FilterScratch::default());
+        let memory = Memory::begin(&first, &filter, &mut response);
         let mut searcher = Searcher {
             context: FrameContext { frame: &frame, window: &window, memory: &memory, config },
             sample: &mut sample,
