@@ -3,31 +3,10 @@
 //! n`.
 
 use super::batch::Batch;
-use crate::numeric::saved_numbers::SavedNumbers;
 use patchlock_fft::Plans;
-use serde::{Deserialize, Serialize};
 use std::fmt;
 
 pub use patchlock_fft::Complex32;
-
-/// A spectrum as a snapshot holds it: real and imaginary parts in turn.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(transparent)]
-pub struct SavedSpectrum(SavedNumbers);
-
-impl SavedSpectrum {
-    /// The numbers of a spectrum.
-    pub fn of(spectrum: &[Complex32]) -> Self {
-        Self(spectrum.iter().flat_map(|value| [value.re, value.im]).collect())
-    }
-
-    /// The spectrum, if it has this length and all numbers are finite.
-    pub fn restore(self, length: usize) -> Option<Vec<Complex32>> {
-        let numbers = self.0.restore(2 * length)?;
-        let (pairs, _) = numbers.as_chunks();
-        Some(pairs.iter().map(|&[re, im]| Complex32::new(re, im)).collect())
-    }
-}
 
 /// Transforms of planes with side `n`, which must be even and have no prime factor above 7.
 #[derive(Clone)]
@@ -143,16 +122,6 @@ mod tests {
 
     fn noise(n: usize) -> Vec<f32> {
         (0..n * n).map(|k| ((k * 7919 + k * k * 31) % 1009) as f32 / 1009.0 - 0.5).collect()
-    }
-
-    #[test]
-    fn a_saved_spectrum_has_its_length_and_is_finite() {
-        let spectrum = [Complex32::new(1.0, -2.0), Complex32::new(0.5, 3.0)];
-        let saved = SavedSpectrum::of(&spectrum);
-        assert_eq!(saved.clone().restore(2), Some(spectrum.to_vec()));
-        assert_eq!(saved.restore(3), None);
-        let damaged = SavedSpectrum::of(&[Complex32::new(1.0, f32::NAN)]);
-        assert_eq!(damaged.restore(1), None);
     }
 
     #[test]

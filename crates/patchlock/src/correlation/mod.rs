@@ -12,3 +12,4 @@ pub mod lanes;
 pub mod response;
 pub mod rotation;
 pub mod scale;
+pub mod spectral_filter;

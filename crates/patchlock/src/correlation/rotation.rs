@@ -6,12 +6,11 @@
 
 use super::batch::{BatchScratch, GROUP};
 use super::fhog::{self, CELL, FhogScratch, fhog};
-use super::fourier::{Complex32, Fourier, FourierScratch, SavedSpectrum};
-use super::lanes::learn;
+use super::fourier::{Complex32, Fourier, FourierScratch};
 use super::response::{Response, ResponseBuffers};
+use super::spectral_filter::SpectralFilter;
 use crate::vision::crop::{CropScratch, Planes, Region};
 use crate::vision::frame::Frame;
-use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
 /// Cells of the grid, along the logarithm of the radius and along the angle.
@@ -38,23 +37,13 @@ const LABEL: f64 = 1.0;
 /// Channels of a cell: those of its gradients, and zeros.
 const CHANNELS: usize = fhog::CHANNELS.next_multiple_of(GROUP);
 
-/// A filter over rotation.
+/// Learns filters over rotation, and measures with them.
 #[derive(Debug, Clone)]
-pub struct RotationFilter {
+pub struct RotationLearner {
     fourier: Fourier,
     /// The conjugate spectrum of the label.
     label: Vec<Complex32>,
     window: Vec<f32>,
-    /// Bin by bin, the channels side by side.
-    numerator: Vec<Complex32>,
-    denominator: Vec<f32>,
-}
-
-/// What a filter over rotation has learnt.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct SavedRotation {
-    numerator: SavedSpectrum,
-    denominator: Vec<f32>,
 }
 
 /// Buffers of a filter over rotation.
@@ -80,15 +69,8 @@ pub struct RotationEstimate {
     pub response: f64,
 }
 
-impl RotationFilter {
-    /// A filter that has learnt the target in this region.
-    pub fn begin(frame: &Frame<'_>, region: Region, scratch: &mut RotationScratch) -> Self {
-        let mut filter = Self::untaught();
-        filter.learn(frame, region, 1.0, scratch);
-        filter
-    }
-
-    fn untaught() -> Self {
+impl Default for RotationLearner {
+    fn default() -> Self {
         let fourier = Fourier::new(CELLS);
         let wrap = |k: usize| if k < CELLS / 2 { k as f64 } else { k as f64 - CELLS as f64 };
         let distance = |k: usize| wrap(k % CELLS).hypot(wrap(k / CELLS)) / LABEL;
@@ -103,44 +85,41 @@ impl RotationFilter {
             0.5 - 0.5 * (turns * std::f32::consts::TAU).cos()
         };
         let window = (0..CELLS * CELLS).map(along_radius).collect();
-        let numerator = vec![Complex32::ZERO; CHANNELS * fourier.bins()];
-        let denominator = vec![0.0; fourier.bins()];
-        Self { fourier, label, window, numerator, denominator }
+        Self { fourier, label, window }
+    }
+}
+
+impl RotationLearner {
+    /// A filter that has learnt the target in this region.
+    pub fn begin(
+        &self,
+        frame: &Frame<'_>,
+        region: Region,
+        scratch: &mut RotationScratch,
+    ) -> SpectralFilter {
+        let mut filter = SpectralFilter::default();
+        self.learn(&mut filter, frame, region, 1.0, scratch);
+        filter
     }
 
-    /// What it has learnt.
-    pub fn saved(&self) -> SavedRotation {
-        let numerator = SavedSpectrum::of(&self.numerator);
-        SavedRotation { numerator, denominator: self.denominator.clone() }
-    }
-
-    /// The filter that has learnt this.
-    ///
-    /// # Errors
-    /// What is damaged.
-    pub fn restore(saved: SavedRotation) -> Result<Self, &'static str> {
-        let mut filter = Self::untaught();
-        let SavedRotation { numerator, denominator } = saved;
-        let sound = denominator.len() == filter.denominator.len()
-            && denominator.iter().all(|v| v.is_finite() && *v >= 0.0);
-        let numerator = numerator.restore(filter.numerator.len()).filter(|_| sound);
-        filter.numerator = numerator.ok_or("the filter over rotation is damaged")?;
-        filter.denominator = denominator;
-        Ok(filter)
+    /// Whether a filter is one that was learnt here.
+    pub fn fits(&self, filter: &SpectralFilter) -> bool {
+        filter.is_sound(CHANNELS, self.fourier.bins())
     }
 
     /// By how much the target in this region has turned since it was learnt.
     pub fn find(
         &self,
+        learnt: &SpectralFilter,
         frame: &Frame<'_>,
         region: Region,
         scratch: &mut RotationScratch,
     ) -> RotationEstimate {
         self.sample(frame, region, scratch);
         let RotationScratch { sample, filter, response, .. } = scratch;
-        filter.resize(self.numerator.len(), Complex32::ZERO);
-        let bins = filter.chunks_exact_mut(CHANNELS).zip(self.numerator.chunks_exact(CHANNELS));
-        for ((filter, numerator), b) in bins.zip(&self.denominator) {
+        filter.resize(learnt.numerator.len(), Complex32::ZERO);
+        let bins = filter.chunks_exact_mut(CHANNELS).zip(learnt.numerator.chunks_exact(CHANNELS));
+        for ((filter, numerator), b) in bins.zip(&learnt.denominator) {
             let scale = 1.0 / (b + LAMBDA);
             filter.iter_mut().zip(numerator).for_each(|(f, a)| *f = a * scale);
         }
@@ -148,17 +127,17 @@ impl RotationFilter {
         RotationEstimate { rotation: peak.shift[1] * TAU / CELLS as f64, response: peak.value }
     }
 
-    /// Learns the target in this region at this rate.
+    /// Has a filter learn the target in this region at this rate.
     pub fn learn(
-        &mut self,
+        &self,
+        filter: &mut SpectralFilter,
         frame: &Frame<'_>,
         region: Region,
         rate: f32,
         scratch: &mut RotationScratch,
     ) {
         self.sample(frame, region, scratch);
-        let Self { label, numerator, denominator, .. } = self;
-        learn(label, &scratch.sample, rate, (numerator, denominator));
+        filter.learn(&self.label, &scratch.sample, rate);
     }
 
     /// The spectra of the features on the log-polar grid around a region's centre.
@@ -230,31 +209,18 @@ mod tests {
         let scratch = &mut RotationScratch::default();
         let first = pattern(side, 0.0, 1.0);
         let first = Frame::grey8(&first, side, side).unwrap();
-        let filter = RotationFilter::begin(&first, region, scratch);
+        let learner = RotationLearner::default();
+        let filter = learner.begin(&first, region, scratch);
+        assert!(learner.fits(&filter));
         for (angle, scale) in [(0.0, 1.0), (0.1, 1.0), (-0.35, 1.0), (0.8, 1.05), (-2.5, 0.95)] {
             let turned = pattern(side, angle, scale);
             let turned = Frame::grey8(&turned, side, side).unwrap();
-            let measured = filter.find(&turned, region, scratch).rotation;
+            let measured = learner.find(&filter, &turned, region, scratch).rotation;
             assert!((measured - angle).abs() < 0.03, "{angle} {scale}: {measured}");
             // In a region that is turned as well there is nothing left to measure.
-            let rest = filter.find(&turned, Region { rotation: angle, ..region }, scratch);
+            let region = Region { rotation: angle, ..region };
+            let rest = learner.find(&filter, &turned, region, scratch);
             assert!(rest.rotation.abs() < 0.03, "{angle} {scale}: {rest:?}");
         }
-    }
-
-    #[test]
-    fn a_saved_filter_measures_the_same() {
-        let region = Region { centre: [40.0; 2], size: [30.0, 40.0], rotation: 0.2 };
-        let scratch = &mut RotationScratch::default();
-        let pixels = pattern(81, 0.0, 1.0);
-        let frame = Frame::grey8(&pixels, 81, 81).unwrap();
-        let filter = RotationFilter::begin(&frame, region, scratch);
-        let restored = RotationFilter::restore(filter.saved()).unwrap();
-        let elsewhere = Region { rotation: 0.5, ..region };
-        let found = filter.find(&frame, elsewhere, scratch);
-        assert_eq!(found, restored.find(&frame, elsewhere, scratch));
-        let mut damaged = filter.saved();
-        damaged.denominator[3] = -1.0;
-        assert!(RotationFilter::restore(damaged).is_err());
     }
 }

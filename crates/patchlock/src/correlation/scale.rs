@@ -10,14 +10,14 @@
 //! (`benchmarks/record/speed.md`).
 
 use super::fhog::{self, CELL, FhogScratch, fhog};
-use super::fourier::{Complex32, SavedSpectrum};
-use super::lanes::{LANES, Octet, Vector, inner, learn};
+use super::fourier::Complex32;
+use super::lanes::{LANES, Octet, Vector, inner};
+use super::spectral_filter::SpectralFilter;
 use crate::numeric::instructions::Instructions;
 use crate::vision::crop::{CropScratch, Planes, Region};
 use crate::vision::frame::Frame;
 use patchlock_fft::Fft;
 use pulp::{Simd, WithSimd};
-use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 use std::fmt;
 use std::sync::Arc;
@@ -34,16 +34,16 @@ pub struct ScaleFilterParams {
     pub step: f64,
     /// Standard deviation of the label, in steps.
     pub sigma: f64,
-    /// Learning rate.
-    pub rate: f64,
     /// The maximum area of the resampled crops, in pixels.
     pub area: f64,
 }
 
-/// A filter along scale.
+/// Learns filters along scale, and measures with them.
 #[derive(Clone)]
-pub struct ScaleFilter {
+pub struct ScaleLearner {
     params: ScaleFilterParams,
+    /// Planes of the crops.
+    planes: usize,
     /// Width and height of the resampled crops.
     model: [usize; 2],
     fft: Arc<dyn Fft<f32>>,
@@ -54,21 +54,11 @@ pub struct ScaleFilter {
     /// Cosines and negative sines, for each bin and each scale of the first half.
     cosines: Vec<f32>,
     sines: Vec<f32>,
-    /// The conjugate numerator: bin by bin, the features side by side.
-    numerator: Vec<Complex32>,
-    denominator: Vec<f32>,
 }
 
-/// What a scale filter has learnt.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct SavedScale {
-    numerator: SavedSpectrum,
-    denominator: Vec<f32>,
-}
-
-impl fmt::Debug for ScaleFilter {
+impl fmt::Debug for ScaleLearner {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "ScaleFilter({:?}, {:?})", self.params, self.model)
+        write!(f, "ScaleLearner({:?}, {:?})", self.params, self.model)
     }
 }
 
@@ -89,21 +79,9 @@ pub struct ScaleScratch {
     response: Vec<Complex32>,
 }
 
-impl ScaleFilter {
-    /// A filter that has learnt the target in this region of the frame.
-    pub fn begin(
-        frame: &Frame<'_>,
-        channels: usize,
-        region: Region,
-        params: ScaleFilterParams,
-        scratch: &mut ScaleScratch,
-    ) -> Self {
-        let mut filter = Self::untaught(region.size, params);
-        filter.learn(frame, channels, region, 1.0, scratch);
-        filter
-    }
-
-    fn untaught(base: [f64; 2], params: ScaleFilterParams) -> Self {
+impl ScaleLearner {
+    /// For a target of this width and height at scale 1, in crops with so many planes.
+    pub fn new(base: [f64; 2], planes: usize, params: ScaleFilterParams) -> Self {
         let shrink = (params.area / (base[0] * base[1])).sqrt().min(1.0);
         // Whole cells, and at least two of them for their blocks.
         let cells =
@@ -122,35 +100,24 @@ impl ScaleFilter {
         let turned = (0..bins).flat_map(|bin| (0..bins).map(move |k| turns((bin * k) as f64)));
         let cosines = turned.clone().map(|angle| angle.cos() as f32).collect();
         let sines = turned.map(|angle| -angle.sin() as f32).collect();
-        let (window, numerator, denominator) = (window.collect(), Vec::new(), Vec::new());
-        Self { params, model, fft, label, window, cosines, sines, numerator, denominator }
+        Self { params, planes, model, fft, label, window: window.collect(), cosines, sines }
     }
 
-    /// What it has learnt.
-    pub fn saved(&self) -> SavedScale {
-        let numerator = SavedSpectrum::of(&self.numerator);
-        SavedScale { numerator, denominator: self.denominator.clone() }
+    /// A filter that has learnt the target in this region of the frame.
+    pub fn begin(
+        &self,
+        frame: &Frame<'_>,
+        region: Region,
+        scratch: &mut ScaleScratch,
+    ) -> SpectralFilter {
+        let mut filter = SpectralFilter::default();
+        self.learn(&mut filter, frame, region, 1.0, scratch);
+        filter
     }
 
-    /// The filter that has learnt this, for a target of this width and height at scale 1.
-    ///
-    /// # Errors
-    /// What does not fit the parameters.
-    pub fn restore(
-        saved: SavedScale,
-        base: [f64; 2],
-        params: ScaleFilterParams,
-    ) -> Result<Self, &'static str> {
-        let mut filter = Self::untaught(base, params);
-        let SavedScale { numerator, denominator } = saved;
-        let bins = filter.label.len();
-        let positive = |v: &f32| v.is_finite() && *v >= 0.0;
-        let sound = denominator.len() == bins && denominator.iter().all(positive);
-        let numerator = numerator.restore(filter.features() * bins).filter(|_| sound);
-        filter.numerator =
-            numerator.ok_or("the scale filter is damaged, or does not fit the configuration")?;
-        filter.denominator = denominator;
-        Ok(filter)
+    /// Whether a filter is one that was learnt here.
+    pub fn fits(&self, filter: &SpectralFilter) -> bool {
+        filter.is_sound(self.features(), self.label.len())
     }
 
     /// Number of features of a crop, rounded up to whole vectors; the last may be zero.
@@ -162,14 +129,14 @@ impl ScaleFilter {
     /// The factor by which the size of the target in this region has changed.
     pub fn find(
         &self,
+        filter: &SpectralFilter,
         frame: &Frame<'_>,
-        channels: usize,
         region: Region,
         scratch: &mut ScaleScratch,
     ) -> f64 {
-        self.signals(frame, channels, region, scratch);
+        self.signals(frame, region, scratch);
         let scales = self.params.scales;
-        Instructions::default().dispatch_eight(ResponseSpectrum { filter: self, scratch });
+        Instructions::default().dispatch_eight(ResponseSpectrum { learner: self, filter, scratch });
         let ScaleScratch { work, response, .. } = scratch;
         // The inverse transform of v is the conjugate of the transform of its conjugate.
         self.fft.process_with_scratch(response, work);
@@ -186,58 +153,39 @@ impl ScaleFilter {
         self.params.step.powf(exponent(best, scales) + offset)
     }
 
-    /// Learns the target in this region with the filter's rate.
-    pub fn update(
-        &mut self,
+    /// Has a filter learn the target in this region at this rate.
+    pub fn learn(
+        &self,
+        filter: &mut SpectralFilter,
         frame: &Frame<'_>,
-        channels: usize,
-        region: Region,
-        scratch: &mut ScaleScratch,
-    ) {
-        self.learn(frame, channels, region, self.params.rate as f32, scratch);
-    }
-
-    fn learn(
-        &mut self,
-        frame: &Frame<'_>,
-        channels: usize,
         region: Region,
         rate: f32,
         scratch: &mut ScaleScratch,
     ) {
-        self.signals(frame, channels, region, scratch);
-        self.numerator.resize(scratch.signals.len(), Complex32::ZERO);
-        self.denominator.resize(self.label.len(), 0.0);
-        let Self { label, numerator, denominator, .. } = self;
-        learn(label, &scratch.signals, rate, (numerator, denominator));
+        self.signals(frame, region, scratch);
+        filter.learn(&self.label, &scratch.signals, rate);
     }
 
     /// The spectrum along scale of each feature.
-    fn signals(
-        &self,
-        frame: &Frame<'_>,
-        channels: usize,
-        region: Region,
-        scratch: &mut ScaleScratch,
-    ) {
+    fn signals(&self, frame: &Frame<'_>, region: Region, scratch: &mut ScaleScratch) {
         let ScaleScratch { crop, patch, fhog: fhog_scratch, features, .. } = scratch;
         let (scales, length) = (self.params.scales, self.features());
         features.resize(length * scales, 0.0);
         for (k, features) in features.chunks_exact_mut(length).enumerate() {
             let factor = self.params.step.powf(exponent(k, scales));
             let part = region.scaled(factor).crop(self.model);
-            part.cut(frame, channels, crop, patch);
+            part.cut(frame, self.planes, crop, patch);
             // No crop reaches the last values.
             features[length - length % fhog::CHANNELS..].fill(0.0);
             fhog(patch, fhog_scratch, features, fhog::CHANNELS);
         }
-        Instructions::default().dispatch_eight(Transform { filter: self, scratch });
+        Instructions::default().dispatch_eight(Transform { learner: self, scratch });
     }
 }
 
 /// The spectra along scale, from their definition with scales taken in pairs.
 struct Transform<'a> {
-    filter: &'a ScaleFilter,
+    learner: &'a ScaleLearner,
     scratch: &'a mut ScaleScratch,
 }
 
@@ -247,7 +195,7 @@ impl WithSimd for Transform<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
         let ScaleScratch { features, sums, differences, signals, .. } = self.scratch;
-        let ScaleFilter { window, cosines, sines, label, .. } = self.filter;
+        let ScaleLearner { window, cosines, sines, label, .. } = self.learner;
         let (scales, bins) = (window.len(), label.len());
         let length = features.len() / scales;
         sums.resize(bins, Vector::ZERO);
@@ -281,7 +229,8 @@ fn weighted(values: &[Vector], weights: &[f32]) -> Vector {
 
 /// The conjugate spectrum of the response.
 struct ResponseSpectrum<'a> {
-    filter: &'a ScaleFilter,
+    learner: &'a ScaleLearner,
+    filter: &'a SpectralFilter,
     scratch: &'a mut ScaleScratch,
 }
 
@@ -290,7 +239,8 @@ impl WithSimd for ResponseSpectrum<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let ScaleFilter { params, label, numerator, denominator, fft, .. } = self.filter;
+        let ScaleLearner { params, label, fft, .. } = self.learner;
+        let SpectralFilter { numerator, denominator } = self.filter;
         let ScaleScratch { signals, work, response, .. } = self.scratch;
         let (scales, length) = (params.scales, signals.len() / label.len());
         work.resize(fft.get_inplace_scratch_len(), Complex32::ZERO);
@@ -316,23 +266,23 @@ mod tests {
     use crate::correlation::fourier::Complex32;
 
     const PARAMS: ScaleFilterParams =
-        ScaleFilterParams { scales: 33, step: 1.02, sigma: 1.4, rate: 0.025, area: 512.0 };
+        ScaleFilterParams { scales: 33, step: 1.02, sigma: 1.4, area: 512.0 };
 
     #[test]
     fn signals_have_the_spectra_of_their_definition() {
         for scales in [3, 17, 33] {
             let params = ScaleFilterParams { scales, ..PARAMS };
-            let filter = ScaleFilter::untaught([10.0, 10.0], params);
+            let learner = ScaleLearner::new([10.0, 10.0], 1, params);
             let (length, mut scratch) = (2 * LANES, ScaleScratch::default());
             let noise = |k: usize| ((k * 7919 + k * k * 31) % 1009) as f32 / 1009.0;
             scratch.features = (0..scales * length).map(noise).collect();
-            Transform { filter: &filter, scratch: &mut scratch }.with_simd(pulp::Scalar::new());
+            Transform { learner: &learner, scratch: &mut scratch }.with_simd(pulp::Scalar::new());
             for feature in 0..length {
                 let mut whole: Vec<Complex32> = (0..scales)
-                    .map(|k| scratch.features[k * length + feature] * filter.window[k])
+                    .map(|k| scratch.features[k * length + feature] * learner.window[k])
                     .map(Complex32::from)
                     .collect();
-                filter.fft.process(&mut whole);
+                learner.fft.process(&mut whole);
                 for (bin, expected) in whole[..=scales / 2].iter().enumerate() {
                     let found = scratch.signals[bin * length + feature];
                     assert!((found - expected).norm() < 1e-4, "{scales} {feature} {bin}");
@@ -356,11 +306,13 @@ mod tests {
         let (first, mut scratch) = (render(1.0), ScaleScratch::default());
         let frame = Frame::grey8(&first, 120, 120).unwrap();
         let region = Region { centre: [60.0; 2], size: [40.0, 32.0], rotation: 0.0 };
-        let filter = ScaleFilter::begin(&frame, 1, region, PARAMS, &mut scratch);
+        let learner = ScaleLearner::new(region.size, 1, PARAMS);
+        let filter = learner.begin(&frame, region, &mut scratch);
+        assert!(learner.fits(&filter));
         for grown in [0.9, 1.0, 1.04, 1.15] {
             let pixels = render(grown);
             let frame = Frame::grey8(&pixels, 120, 120).unwrap();
-            let found = filter.find(&frame, 1, region, &mut scratch);
+            let found = learner.find(&filter, &frame, region, &mut scratch);
             // Closer than a step.
             assert!((found / grown - 1.0).abs() < 0.015, "{grown}: {found}");
         }

@@ -6,7 +6,7 @@
 use crate::network::FeatureMap;
 use crate::numeric::dot_wide;
 use crate::numeric::instructions::Instructions;
-use crate::numeric::saved_numbers::SavedNumbers;
+use crate::numeric::numbers::Numbers;
 use pulp::{Simd, WithSimd};
 
 /// The features of a cell are those of the network, divided by their length, their means over squares of
@@ -30,7 +30,7 @@ const RIDGE: f64 = 0.02;
 pub(super) struct Classifier {
     /// Running means of the weighted sums of products of features with each other, and with the label:
     /// the lower triangle of a matrix, row by row, and a row for the label.
-    moments: Vec<f32>,
+    moments: Numbers,
     weights: Vec<f64>,
 }
 
@@ -67,7 +67,7 @@ impl Classifier {
         Self::of(moments, scratch)
     }
 
-    fn of(moments: Vec<f32>, scratch: &mut ClassifierScratch) -> Self {
+    fn of(moments: Numbers, scratch: &mut ClassifierScratch) -> Self {
         let mut classifier = Self { moments, weights: Vec::new() };
         classifier.solve(scratch);
         classifier
@@ -117,16 +117,16 @@ impl Classifier {
     }
 
     /// The classifier as a snapshot holds it.
-    pub fn saved(&self) -> SavedNumbers {
-        SavedNumbers::of(&self.moments)
+    pub fn saved(&self) -> Numbers {
+        self.moments.clone()
     }
 
     /// A classifier that continues from a saved one, for a network with so many channels. `None` if its
     /// numbers do not fit.
-    pub fn restore(saved: SavedNumbers, channels: usize) -> Option<Self> {
+    pub fn restore(moments: Numbers, channels: usize) -> Option<Self> {
         let features = channels * (1 + SQUARES.len()) + 1;
-        let moments = saved.restore(row(features).start + features)?;
-        Some(Self::of(moments, &mut ClassifierScratch::default()))
+        let is_sound = moments.is_sound(row(features).start + features);
+        is_sound.then(|| Self::of(moments, &mut ClassifierScratch::default()))
     }
 }
 
@@ -417,7 +417,7 @@ mod tests {
         let planes = window(0, &[(27, [2.0, -1.0, 0.0])]);
         let good = Classifier::begin(&map(&planes), LABEL, &mut scratch).moments;
         for value in [-1.0, 0.0, f32::MAX, -f32::MAX] {
-            let moments = SavedNumbers::of(&vec![value; good.len()]);
+            let moments = Numbers::from(vec![value; good.len()]);
             let classifier = Classifier::restore(moments, CHANNELS).unwrap();
             let mut response = Vec::new();
             classifier.classify(&map(&planes), &mut scratch, &mut response);

@@ -10,7 +10,7 @@ use crate::estimate::{Estimate, Status};
 use crate::network::predictions::{Buffers, CellPredictions, CentredBox, Detection, logistic};
 use crate::network::{Network, TemplateUpdate};
 use crate::network_error::NetworkError;
-use crate::numeric::saved_numbers::SavedNumbers;
+use crate::numeric::numbers::Numbers;
 use crate::observe::{FrameView, NetworkView, Observer};
 use crate::target_tracker::{Input, Scratch, TargetTracker};
 use crate::vision::frame::{Frame, FrameSize};
@@ -71,7 +71,7 @@ pub(crate) struct SavedNetwork {
     place: CentredBox,
     border: [f32; 3],
     template: Template,
-    classifier: Option<SavedNumbers>,
+    classifier: Option<Numbers>,
     factor: [f64; 2],
 }
 

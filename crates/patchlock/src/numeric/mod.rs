@@ -5,8 +5,8 @@
 pub mod aligned;
 mod dot;
 pub mod instructions;
+pub mod numbers;
 pub mod parallel;
-pub mod saved_numbers;
 pub mod singular;
 pub mod thread_team;
 

@@ -6,39 +6,44 @@ use super::colours;
 use super::hypothesis::Hypothesis;
 use super::memory::Memory;
 use super::pose::Pose;
-use super::rotation::{RotationEstimator, SavedRotationEstimator};
+use super::rotation::RotationEstimator;
 use super::tracking_filter;
 use super::window::{Sample, SampleBuffers, Window};
 use crate::config::RobustConfig;
 use crate::correlation::filter::{FilterLearner, FilterScratch};
 use crate::correlation::histogram::{Histograms, MapScratch, Rates};
 use crate::correlation::response::ResponseBuffers;
-use crate::correlation::rotation::RotationScratch;
-use crate::correlation::scale::{SavedScale, ScaleFilter, ScaleFilterParams, ScaleScratch};
-use crate::numeric::saved_numbers::SavedNumbers;
+use crate::correlation::rotation::{RotationLearner, RotationScratch};
+use crate::correlation::scale::{ScaleFilterParams, ScaleLearner, ScaleScratch};
+use crate::correlation::spectral_filter::SpectralFilter;
+use crate::numeric::numbers::Numbers;
 use crate::vision::frame::Frame;
 use serde::{Deserialize, Serialize};
 
 /// The filter that learns on every frame, and the target's colours.
 #[derive(Debug)]
 pub(crate) struct Locator {
-    learner: FilterLearner,
+    learners: Learners,
+    state: LocatorState,
+}
+
+/// All of a locator that changes from frame to frame, which is what a snapshot holds.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(crate) struct LocatorState {
     /// The filter that follows: its cells inside the window's mask, a twentieth of its spectra.
-    filter: Vec<f32>,
+    tracking_filter: Numbers,
     colours: Histograms,
     rotation: RotationEstimator,
     camera: CameraRotation,
-    size: ScaleFilter,
+    size: SpectralFilter,
 }
 
-/// A locator as a snapshot holds it.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(crate) struct SavedLocator {
-    tracking_filter: SavedNumbers,
-    colours: Histograms,
-    rotation: SavedRotationEstimator,
-    camera: CameraRotation,
-    size: SavedScale,
+/// What the filters learn with.
+#[derive(Debug)]
+struct Learners {
+    tracking_filter: FilterLearner,
+    rotation: RotationLearner,
+    size: ScaleLearner,
 }
 
 /// The buffers of a locator.
@@ -70,6 +75,22 @@ impl FrameContext<'_> {
     }
 }
 
+impl Learners {
+    fn new(window: &Window, config: &RobustConfig) -> Self {
+        let scale = ScaleFilterParams {
+            scales: config.scale_count,
+            step: config.scale_step,
+            sigma: config.scale_label_width * (config.scale_count as f64).sqrt(),
+            area: config.scale_area,
+        };
+        Self {
+            tracking_filter: tracking_filter::learner(window, config),
+            rotation: RotationLearner::default(),
+            size: ScaleLearner::new(window.base(), window.planes(), scale),
+        }
+    }
+}
+
 impl Locator {
     /// Filters and colours that have learnt the target in the middle of a sample of this frame.
     pub fn begin(
@@ -78,27 +99,26 @@ impl Locator {
         config: &RobustConfig,
         scratch: &mut LocatorScratch,
     ) -> Self {
-        let (region, window, scale) = (sample.region(), sample.window, scale_params(config));
-        let learner = tracking_filter::learner(window, config);
-        Self {
-            filter: learner.begin(window.fourier(), sample.spectra, &mut scratch.filter),
-            learner,
+        let (region, window) = (sample.region(), sample.window);
+        let learners = Learners::new(window, config);
+        let Learners { tracking_filter, rotation, size } = &learners;
+        let filter = tracking_filter.begin(window.fourier(), sample.spectra, &mut scratch.filter);
+        let state = LocatorState {
+            tracking_filter: filter.into(),
             colours: Histograms::begin(sample.patch, window.pixels(), &mut scratch.map),
-            rotation: RotationEstimator::begin(frame, region, config, &mut scratch.rotation),
+            rotation: RotationEstimator::of(
+                rotation.begin(frame, region, &mut scratch.rotation),
+                config,
+            ),
             camera: CameraRotation::begin(frame, config.rotate, &mut scratch.camera),
-            size: ScaleFilter::begin(frame, window.planes(), region, scale, &mut scratch.size),
-        }
+            size: size.begin(frame, region, &mut scratch.size),
+        };
+        Self { learners, state }
     }
 
     /// As a snapshot holds it.
-    pub fn saved(&self) -> SavedLocator {
-        SavedLocator {
-            tracking_filter: SavedNumbers::of(&self.filter),
-            colours: self.colours.clone(),
-            rotation: self.rotation.saved(),
-            camera: self.camera.clone(),
-            size: self.size.saved(),
-        }
+    pub fn saved(&self) -> LocatorState {
+        self.state.clone()
     }
 
     /// From a snapshot.
@@ -106,37 +126,36 @@ impl Locator {
     /// # Errors
     /// What is damaged, or does not fit the configuration.
     pub fn restore(
-        saved: SavedLocator,
+        state: LocatorState,
         window: &Window,
         config: &RobustConfig,
     ) -> Result<Self, &'static str> {
-        let SavedLocator { tracking_filter, colours, rotation, camera, size } = saved;
-        if !camera.is_sound() || camera.follows() != config.rotate {
+        if !state.camera.is_sound() || state.camera.follows() != config.rotate {
             return Err("the rotation of the camera is damaged");
         }
-        let filter = tracking_filter.restore(window.filter()).ok_or("the filter is damaged")?;
-        if !colours.is_sound() {
+        if !state.tracking_filter.is_sound(window.filter()) {
+            return Err("the filter is damaged");
+        }
+        if !state.colours.is_sound() {
             return Err("the histograms of colours are damaged");
         }
-        Ok(Self {
-            learner: tracking_filter::learner(window, config),
-            filter,
-            colours,
-            rotation: RotationEstimator::restore(rotation)?,
-            camera,
-            size: ScaleFilter::restore(size, window.base(), scale_params(config))?,
-        })
+        let learners = Learners::new(window, config);
+        state.rotation.check(&learners.rotation)?;
+        if !learners.size.fits(&state.size) {
+            return Err("the scale filter is damaged, or does not fit the configuration");
+        }
+        Ok(Self { learners, state })
     }
 
     /// The filter that follows.
     pub fn filter(&self) -> &[f32] {
-        &self.filter
+        &self.state.tracking_filter
     }
 
     /// How well colour tells the target from what is around it: from -1, through 0, not at all, to
     /// 1.
     pub fn contrast(&self) -> f64 {
-        self.colours.contrast().into()
+        self.state.colours.contrast().into()
     }
 
     /// The target's place in a frame, from its last one.
@@ -150,9 +169,8 @@ impl Locator {
         let followed = self.follow(context, last, sample, scratch);
         let followed = self.turned_with_camera(context, followed, sample, scratch);
         let pose = self.turned(context, followed, sample, scratch);
-        let FrameContext { frame, window, .. } = context;
-        let region = pose.region(window.base());
-        let factor = self.size.find(frame, window.planes(), region, &mut scratch.size);
+        let (Learners { size, .. }, region) = (&self.learners, pose.region(context.window.base()));
+        let factor = size.find(&self.state.size, context.frame, region, &mut scratch.size);
         context.keep(Pose { scale: pose.scale * factor, ..pose })
     }
 
@@ -164,7 +182,7 @@ impl Locator {
         sample: &mut SampleBuffers,
         scratch: &mut LocatorScratch,
     ) -> Hypothesis {
-        let Some(turned) = self.camera.advance(context.frame, &mut scratch.camera) else {
+        let Some(turned) = self.state.camera.advance(context.frame, &mut scratch.camera) else {
             return followed;
         };
         let pose = Pose { rotation: followed.pose.rotation + turned, ..followed.pose };
@@ -182,11 +200,12 @@ impl Locator {
         scratch: &mut LocatorScratch,
     ) -> Pose {
         let pose = followed.pose;
-        let suggestion = self.rotation.suggest(context, &followed, &mut scratch.rotation);
+        let (Self { learners, state }, rotation) = (&mut *self, &mut scratch.rotation);
+        let suggestion = state.rotation.suggest(&learners.rotation, context, &followed, rotation);
         let Some(suggestion) = suggestion else { return pose };
         let turned = suggestion.poses(pose).map(|pose| self.follow(context, pose, sample, scratch));
         let Some(accepted) = suggestion.accept(&followed, turned) else { return pose };
-        self.rotation.begin_turning(context.config);
+        self.state.rotation.begin_turning(context.config);
         accepted.pose
     }
 
@@ -201,13 +220,13 @@ impl Locator {
         let LocatorScratch { tracking_filter: response, memory, map, .. } = scratch;
         let sample = context.window.sample(context.frame, around, sample);
         let known = context.memory.respond(&sample, memory);
-        let map = colours::map(&self.colours, &sample, context, map);
-        tracking_filter::propose(&self.filter, &sample, map, known, response)
+        let map = colours::map(&self.state.colours, &sample, context, map);
+        tracking_filter::propose(&self.state.tracking_filter, &sample, map, known, response)
     }
 
     /// Begins again with what the memory knows.
     pub fn restart(&mut self, memory: &Memory) {
-        self.filter.copy_from_slice(memory.filter());
+        self.state.tracking_filter.copy_from_slice(memory.filter());
     }
 
     /// Learns the target in the middle of a sample of this frame; its size only where that is
@@ -220,23 +239,15 @@ impl Locator {
         scratch: &mut LocatorScratch,
     ) {
         let (region, &Sample { window, patch, spectra, .. }) = (sample.region(), sample);
-        let fourier = window.fourier();
-        self.learner.learn(fourier, spectra, &mut self.filter, &mut scratch.filter);
+        let Self { learners: Learners { tracking_filter, rotation, size }, state } = self;
+        let filter = &mut state.tracking_filter;
+        tracking_filter.learn(window.fourier(), spectra, filter, &mut scratch.filter);
         let (target, around) = (config.colour_rate as f32, config.around_rate as f32);
-        self.colours.learn(patch, window.pixels(), Rates { target, around }, &mut scratch.map);
-        self.rotation.learn(frame, region, config, &mut scratch.rotation);
+        state.colours.learn(patch, window.pixels(), Rates { target, around }, &mut scratch.map);
+        state.rotation.learn(rotation, frame, region, config, &mut scratch.rotation);
         if learns_size {
-            self.size.update(frame, window.planes(), region, &mut scratch.size);
+            let rate = config.scale_rate as f32;
+            size.learn(&mut state.size, frame, region, rate, &mut scratch.size);
         }
-    }
-}
-
-fn scale_params(config: &RobustConfig) -> ScaleFilterParams {
-    ScaleFilterParams {
-        scales: config.scale_count,
-        step: config.scale_step,
-        sigma: config.scale_label_width * (config.scale_count as f64).sqrt(),
-        rate: config.scale_rate,
-        area: config.scale_area,
     }
 }

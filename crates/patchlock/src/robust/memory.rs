@@ -5,7 +5,7 @@ use super::hypothesis::Hypothesis;
 use super::window::{Sample, Window};
 use crate::config::RobustConfig;
 use crate::correlation::response::{Response, ResponseBuffers};
-use crate::numeric::saved_numbers::SavedNumbers;
+use crate::numeric::numbers::Numbers;
 use serde::{Deserialize, Serialize};
 
 /// The smallest mean response: frames without texture give no response at all.
@@ -15,10 +15,10 @@ const LEAST_MEAN: f64 = 1e-9;
 const MAX_FRAMES: u64 = 1 << 53;
 
 /// A filter that remembers the target.
-#[derive(Debug)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Memory {
     /// Its cells inside the window's mask.
-    filter: Vec<f32>,
+    filter: Numbers,
     /// The mean of its response at the target over sure frames.
     mean: f64,
     /// Sure frames since the first.
@@ -29,27 +29,11 @@ pub(crate) struct Memory {
 
 /// The memory as it was after the first sure frames. It never learns, so it notices when the memory
 /// has learnt something else.
-#[derive(Debug)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct EarlyMemory {
     /// Its cells inside the window's mask.
-    filter: Vec<f32>,
+    filter: Numbers,
     /// The mean of the memory's response at the target over the frames that it was learnt from.
-    mean: f64,
-}
-
-/// A memory as a snapshot holds it.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(crate) struct SavedMemory {
-    filter: SavedNumbers,
-    mean: f64,
-    sure: u64,
-    early: Option<SavedEarlyMemory>,
-}
-
-/// An early memory as a snapshot holds it.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-struct SavedEarlyMemory {
-    filter: SavedNumbers,
     mean: f64,
 }
 
@@ -70,38 +54,27 @@ impl Memory {
     /// A memory of this filter, which was learnt from this sample.
     pub fn begin(sample: &Sample<'_>, filter: &[f32], buffers: &mut ResponseBuffers) -> Self {
         let mean = sample.respond(filter, buffers).at([0.0; 2]).max(LEAST_MEAN);
-        Self { filter: filter.to_vec(), mean, sure: 0, early: None }
+        Self { filter: filter.to_vec().into(), mean, sure: 0, early: None }
     }
 
-    /// As a snapshot holds it.
-    pub fn saved(&self) -> SavedMemory {
-        let Self { filter, mean, sure, early } = self;
-        let early = early.as_ref().map(|EarlyMemory { filter, mean }| SavedEarlyMemory {
-            filter: SavedNumbers::of(filter),
-            mean: *mean,
-        });
-        SavedMemory { filter: SavedNumbers::of(filter), mean: *mean, sure: *sure, early }
-    }
-
-    /// From a snapshot.
+    /// Checks what was read from a snapshot.
     ///
     /// # Errors
     /// What is damaged.
-    pub fn restore(saved: SavedMemory, window: &Window) -> Result<Self, &'static str> {
-        let SavedMemory { filter, mean, sure, early } = saved;
-        let means = [Some(mean), early.as_ref().map(|early| early.mean)];
+    pub fn check(&self, window: &Window) -> Result<(), &'static str> {
+        let early = self.early.as_ref();
+        let means = [Some(self.mean), early.map(|early| early.mean)];
         if !means.into_iter().flatten().all(|mean| mean.is_finite() && mean > 0.0) {
             return Err("the memory's mean response is not positive");
         }
-        if sure > MAX_FRAMES {
+        if self.sure > MAX_FRAMES {
             return Err("the memory has counted more frames than a video has");
         }
-        let restore =
-            |filter: SavedNumbers| filter.restore(window.filter()).ok_or("the memory is damaged");
-        let early = early.map(|SavedEarlyMemory { filter, mean }| {
-            restore(filter).map(|filter| EarlyMemory { filter, mean })
-        });
-        Ok(Self { filter: restore(filter)?, mean, sure, early: early.transpose()? })
+        let filters = [Some(&self.filter), early.map(|early| &early.filter)];
+        if !filters.into_iter().flatten().all(|filter| filter.is_sound(window.filter())) {
+            return Err("the memory is damaged");
+        }
+        Ok(())
     }
 
     /// The filter that remembers.
@@ -193,7 +166,7 @@ mod tests {
     /// A memory of an impulse, with this mean response: it responds to a sample with the sample's own
     /// plane.
     fn memory(window: &Window, mean: f64) -> Memory {
-        Memory { filter: impulse(window), mean, sure: 0, early: None }
+        Memory { filter: impulse(window).into(), mean, sure: 0, early: None }
     }
 
     fn on_sample<T>(cells: &[(usize, f32)], ask: impl FnOnce(&Sample<'_>) -> T) -> T {
@@ -296,31 +269,22 @@ mod tests {
     }
 
     #[test]
-    fn a_saved_memory_is_restored_or_refused() {
+    fn a_damaged_memory_is_refused() {
         let window = window();
-        let mut late = memory(&window, 1.0);
+        let (good, mut late) = (memory(&window, 1.0), memory(&window, 1.0));
         let blank = vec![0.0; late.filter.len()];
         (0..3).for_each(|_| late.learn(&blank, 1.0, &config()));
-        let (good, late) = (memory(&window, 1.0).saved(), late.saved());
-        for saved in [&good, &late] {
-            assert_eq!(Memory::restore(saved.clone(), &window).unwrap().saved(), *saved);
-        }
-        let early = late.early.unwrap();
+        assert_eq!([&good, &late].map(|memory| memory.check(&window)), [Ok(()); 2]);
+        let (early, none) = (late.early.unwrap(), || Numbers::from(Vec::new()));
         for damaged in [
-            SavedMemory { mean: 0.0, ..good.clone() },
-            SavedMemory { mean: f64::NAN, ..good.clone() },
-            SavedMemory { sure: u64::MAX, ..good.clone() },
-            SavedMemory { filter: SavedNumbers::of(&[]), ..good.clone() },
-            SavedMemory {
-                early: Some(SavedEarlyMemory { mean: 0.0, ..early.clone() }),
-                ..good.clone()
-            },
-            SavedMemory {
-                early: Some(SavedEarlyMemory { filter: SavedNumbers::of(&[]), ..early }),
-                ..good.clone()
-            },
+            Memory { mean: 0.0, ..good.clone() },
+            Memory { mean: f64::NAN, ..good.clone() },
+            Memory { sure: u64::MAX, ..good.clone() },
+            Memory { filter: none(), ..good.clone() },
+            Memory { early: Some(EarlyMemory { mean: 0.0, ..early.clone() }), ..good.clone() },
+            Memory { early: Some(EarlyMemory { filter: none(), ..early }), ..good.clone() },
         ] {
-            assert!(Memory::restore(damaged, &window).is_err());
+            assert!(damaged.check(&window).is_err());
         }
     }
 }

@@ -5,28 +5,19 @@ use super::hypothesis::Hypothesis;
 use super::locate::FrameContext;
 use super::pose::Pose;
 use crate::config::RobustConfig;
-use crate::correlation::rotation::{
-    RotationEstimate, RotationFilter, RotationScratch, SavedRotation,
-};
+use crate::correlation::rotation::{RotationEstimate, RotationLearner, RotationScratch};
+use crate::correlation::spectral_filter::SpectralFilter;
 use crate::vision::crop::Region;
 use crate::vision::frame::Frame;
 use serde::{Deserialize, Serialize};
 
 /// What is known about the target's rotation.
-#[derive(Debug)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct RotationEstimator {
-    filter: RotationFilter,
+    filter: SpectralFilter,
     /// The mean of the filter's response.
     mean: f64,
     /// Frames for which the target counts as turning.
-    turning: u32,
-}
-
-/// What is known about the rotation, as a snapshot holds it.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(crate) struct SavedRotationEstimator {
-    filter: SavedRotation,
-    mean: f64,
     turning: u32,
 }
 
@@ -40,39 +31,27 @@ pub(crate) struct RotationCandidates {
 }
 
 impl RotationEstimator {
-    /// A filter that has learnt the target in this region.
-    pub fn begin(
-        frame: &Frame<'_>,
-        region: Region,
-        config: &RobustConfig,
-        scratch: &mut RotationScratch,
-    ) -> Self {
-        let filter = RotationFilter::begin(frame, region, scratch);
+    /// With a filter that has learnt the target.
+    pub fn of(filter: SpectralFilter, config: &RobustConfig) -> Self {
         Self { filter, mean: config.rotation_mean, turning: 0 }
     }
 
-    /// As a snapshot holds it.
-    pub fn saved(&self) -> SavedRotationEstimator {
-        let Self { filter, mean, turning } = self;
-        SavedRotationEstimator { filter: filter.saved(), mean: *mean, turning: *turning }
-    }
-
-    /// From a snapshot.
+    /// Checks what was read from a snapshot.
     ///
     /// # Errors
     /// What is damaged.
-    pub fn restore(saved: SavedRotationEstimator) -> Result<Self, &'static str> {
-        let SavedRotationEstimator { filter, mean, turning } = saved;
-        if !mean.is_finite() {
+    pub fn check(&self, learner: &RotationLearner) -> Result<(), &'static str> {
+        if !self.mean.is_finite() {
             return Err("the mean response of the filter over rotation is not finite");
         }
-        Ok(Self { filter: RotationFilter::restore(filter)?, mean, turning })
+        learner.fits(&self.filter).then_some(()).ok_or("the filter over rotation is damaged")
     }
 
     /// Other rotations that the target may have at the place that was chosen, if one is measured
     /// that is clear and large enough to count. `followed` is the hypothesis of the tracking filter.
     pub fn suggest(
         &mut self,
+        learner: &RotationLearner,
         context: FrameContext<'_>,
         followed: &Hypothesis,
         scratch: &mut RotationScratch,
@@ -84,7 +63,7 @@ impl RotationEstimator {
             return None;
         }
         let region = followed.pose.region(window.base());
-        let turn = self.filter.find(frame, region, scratch);
+        let turn = learner.find(&self.filter, frame, region, scratch);
         if !is_clear(config, turn, self.mean) {
             return None;
         }
@@ -103,6 +82,7 @@ impl RotationEstimator {
     /// Learns the target in this region, if rotation is followed.
     pub fn learn(
         &mut self,
+        learner: &RotationLearner,
         frame: &Frame<'_>,
         region: Region,
         config: &RobustConfig,
@@ -110,7 +90,7 @@ impl RotationEstimator {
     ) {
         if config.rotate {
             let [_, _, rate] = limits(config, self.turning > 0);
-            self.filter.learn(frame, region, rate as f32, scratch);
+            learner.learn(&mut self.filter, frame, region, rate as f32, scratch);
         }
     }
 }

@@ -1,12 +1,12 @@
 //! A target between two frames, as a snapshot holds it.
 
 use super::RobustTarget;
-use super::locate::{Locator, SavedLocator};
-use super::memory::{Memory, SavedMemory};
+use super::locate::{Locator, LocatorState};
+use super::memory::Memory;
 use super::occlusion::{OcclusionModel, SavedOcclusionModel};
 use super::pose::Pose;
 use super::status::TrackState;
-use super::window::{SavedWindow, Window};
+use super::window::{Window, WindowShape};
 use crate::config::RobustConfig;
 use serde::{Deserialize, Serialize};
 
@@ -17,9 +17,9 @@ const MAX_FRAMES: u64 = 1 << 53;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct SavedRobust {
     pose: Pose,
-    window: SavedWindow,
-    locator: SavedLocator,
-    memory: SavedMemory,
+    window: WindowShape,
+    locator: LocatorState,
+    memory: Memory,
     occlusion: SavedOcclusionModel,
     state: TrackState,
     frames: u64,
@@ -31,9 +31,9 @@ impl RobustTarget {
         let Self { pose, window, locator, memory, occlusion, state, frames, .. } = self;
         SavedRobust {
             pose: *pose,
-            window: window.saved(),
+            window: window.shape(),
             locator: locator.saved(),
-            memory: memory.saved(),
+            memory: memory.clone(),
             occlusion: occlusion.saved(),
             state: *state,
             frames: *frames,
@@ -55,11 +55,13 @@ impl RobustTarget {
         if !state.is_sound() {
             return Err("what it believes of the target is damaged");
         }
-        let window = Window::restore(&window)?;
+        let window = Window::restore(window)?;
+        let locator = Locator::restore(locator, &window, config)?;
+        memory.check(&window)?;
         Ok(Self {
             pose,
-            locator: Locator::restore(locator, &window, config)?,
-            memory: Memory::restore(memory, &window)?,
+            locator,
+            memory,
             occlusion: OcclusionModel::restore(occlusion, config)?,
             window,
             state,

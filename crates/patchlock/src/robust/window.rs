@@ -20,17 +20,15 @@ const MAX_CELLS: usize = 512;
 /// it.
 #[derive(Debug)]
 pub(crate) struct Window {
-    base: [f64; 2],
-    pixel: f64,
-    colour: bool,
+    shape: WindowShape,
     features: Features,
     /// The cells of the target, inside which the filter may be other than zero.
     mask: Mask,
 }
 
-/// A window as a snapshot holds it.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(crate) struct SavedWindow {
+/// What the rest of a window follows from, and a snapshot holds.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(crate) struct WindowShape {
     /// Width and height of the target in the first frame.
     base: [f64; 2],
     /// Frame pixels per pixel of the patch, at scale 1.
@@ -73,9 +71,9 @@ impl Window {
     ) -> Self {
         let base = [bbox.w, bbox.h];
         let side = config.search * (bbox.w * bbox.h).sqrt();
-        let n = smooth_side(config.patch / CELL as f64);
-        let pixel = side / (n * CELL) as f64;
-        let size = [n * CELL; 2];
+        let cells = smooth_side(config.patch / CELL as f64);
+        let pixel = side / (cells * CELL) as f64;
+        let size = [cells * CELL; 2];
         let crop = Crop { centre: bbox.centre(), scale: [pixel; 2], size, rotation: 0.0 };
         let mut colour = frame.has_colour();
         if colour {
@@ -83,28 +81,26 @@ impl Window {
             let [red, green, blue] = buffers.patch.rgb();
             colour = red != green || green != blue;
         }
-        Self::of((base, pixel), n, colour)
+        Self::of(WindowShape { base, pixel, cells, colour })
     }
 
-    /// The window for a target of this size, with this many frame pixels per pixel of a patch with
-    /// `n` cells on a side.
-    fn of((base, pixel): ([f64; 2], f64), n: usize, colour: bool) -> Self {
-        let mask = Mask::middle(n, base.map(|side| side / (pixel * CELL as f64)));
-        Self { base, pixel, colour, features: Features::new(n), mask }
+    fn of(shape: WindowShape) -> Self {
+        let WindowShape { base, pixel, cells, .. } = shape;
+        let mask = Mask::middle(cells, base.map(|side| side / (pixel * CELL as f64)));
+        Self { shape, features: Features::new(cells), mask }
     }
 
-    /// As a snapshot holds it.
-    pub fn saved(&self) -> SavedWindow {
-        let Self { base, pixel, colour, .. } = *self;
-        SavedWindow { base, pixel, cells: self.fourier().side(), colour }
+    /// What a snapshot holds of it.
+    pub fn shape(&self) -> WindowShape {
+        self.shape
     }
 
     /// From a snapshot.
     ///
     /// # Errors
     /// What is damaged.
-    pub fn restore(saved: &SavedWindow) -> Result<Self, &'static str> {
-        let SavedWindow { base, pixel, cells, colour } = *saved;
+    pub fn restore(shape: WindowShape) -> Result<Self, &'static str> {
+        let WindowShape { base, pixel, cells, .. } = shape;
         let patch = pixel * (cells * CELL) as f64;
         let is_size = base.iter().all(|side| (1.0..=MAX_SIDE).contains(side));
         if !(is_size && patch.is_finite() && patch > 0.0) {
@@ -113,17 +109,17 @@ impl Window {
         if cells > MAX_CELLS || smooth_side(cells as f64) != cells {
             return Err("the number of cells is not one that the tracker uses");
         }
-        Ok(Self::of((base, pixel), cells, colour))
+        Ok(Self::of(shape))
     }
 
     /// Width and height of the target in the first frame.
     pub fn base(&self) -> [f64; 2] {
-        self.base
+        self.shape.base
     }
 
     /// Frame pixels per cell for a target of this scale.
     pub fn cell(&self, scale: f64) -> f64 {
-        self.pixel * scale * CELL as f64
+        self.shape.pixel * scale * CELL as f64
     }
 
     /// Side of the window in the frame for a target of this scale.
@@ -133,7 +129,7 @@ impl Window {
 
     /// Width and height of the target in cells.
     pub fn cells(&self) -> [f64; 2] {
-        self.base.map(|side| side / self.cell(1.0))
+        self.base().map(|side| side / self.cell(1.0))
     }
 
     /// Width and height of the target in pixels of the patch.
@@ -143,7 +139,7 @@ impl Window {
 
     /// Number of planes of a patch: 3 in colour, 1 in grey.
     pub fn planes(&self) -> usize {
-        if self.colour { 3 } else { 1 }
+        if self.shape.colour { 3 } else { 1 }
     }
 
     /// The transforms of a plane of cells.
@@ -169,7 +165,7 @@ impl Window {
         buffers: &'a mut SampleBuffers,
     ) -> Sample<'a> {
         let SampleBuffers { crop, patch, features, spectra } = buffers;
-        let scale = [self.pixel * pose.scale; 2];
+        let scale = [self.shape.pixel * pose.scale; 2];
         let (Pose { centre, rotation, .. }, size) = (pose, [self.features.side(); 2]);
         let part = Crop { centre, scale, size, rotation };
         part.cut(frame, self.planes(), crop, patch);
@@ -181,7 +177,7 @@ impl Window {
 impl<'a> Sample<'a> {
     /// The target's region.
     pub fn region(&self) -> Region {
-        self.pose.region(self.window.base)
+        self.pose.region(self.window.base())
     }
 
     /// The place at a displacement, in cells.
@@ -211,7 +207,7 @@ pub(super) mod tests {
     pub fn window() -> Window {
         let (cell, pixel) = (CELL as f64, 2.0);
         let base = [2.0 * cell * pixel, 3.0 * cell * pixel];
-        Window::of((base, pixel), SIDE, false)
+        Window::of(WindowShape { base, pixel, cells: SIDE, colour: false })
     }
 
     /// The cell in the middle, where [`impulse`] is.
@@ -281,16 +277,16 @@ pub(super) mod tests {
 
     #[test]
     fn a_damaged_window_is_refused() {
-        let good = window().saved();
-        assert_eq!(Window::restore(&good).unwrap().saved(), good);
+        let good = window().shape();
+        assert_eq!(Window::restore(good).unwrap().shape(), good);
         for damaged in [
-            SavedWindow { base: [0.5, 10.0], ..good },
-            SavedWindow { base: [10.0, f64::NAN], ..good },
-            SavedWindow { pixel: -1.0, ..good },
-            SavedWindow { cells: 11, ..good },
-            SavedWindow { cells: 1024, ..good },
+            WindowShape { base: [0.5, 10.0], ..good },
+            WindowShape { base: [10.0, f64::NAN], ..good },
+            WindowShape { pixel: -1.0, ..good },
+            WindowShape { cells: 11, ..good },
+            WindowShape { cells: 1024, ..good },
         ] {
-            assert!(Window::restore(&damaged).is_err(), "{damaged:?}");
+            assert!(Window::restore(damaged).is_err(), "{damaged:?}");
         }
     }
 }

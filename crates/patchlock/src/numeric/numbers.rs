@@ -1,35 +1,49 @@
-//! Numbers as a snapshot holds them.
+//! Numbers that a snapshot holds.
 
 use serde::de::{self, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
+use std::ops::{Deref, DerefMut};
 
-/// Numbers as a snapshot holds them. In a binary format they are bytes, little-endian, because a
+/// Numbers that a snapshot holds. In a binary format they are bytes, little-endian, because a
 /// snapshot is little else.
 #[derive(Debug, Clone, PartialEq)]
-pub struct SavedNumbers(Vec<f32>);
+pub struct Numbers(Vec<f32>);
 
-impl SavedNumbers {
-    /// These numbers.
-    pub fn of(numbers: &[f32]) -> Self {
-        Self(numbers.to_vec())
-    }
-
-    /// The numbers, if there are this many and all are finite.
-    pub fn restore(self, length: usize) -> Option<Vec<f32>> {
-        let Self(numbers) = self;
-        let is_sound = numbers.len() == length && numbers.iter().all(|v| v.is_finite());
-        is_sound.then_some(numbers)
+impl Numbers {
+    /// Whether there are this many, and all are finite.
+    pub fn is_sound(&self, length: usize) -> bool {
+        self.len() == length && self.iter().all(|value| value.is_finite())
     }
 }
 
-impl FromIterator<f32> for SavedNumbers {
+impl Deref for Numbers {
+    type Target = [f32];
+
+    fn deref(&self) -> &[f32] {
+        &self.0
+    }
+}
+
+impl DerefMut for Numbers {
+    fn deref_mut(&mut self) -> &mut [f32] {
+        &mut self.0
+    }
+}
+
+impl From<Vec<f32>> for Numbers {
+    fn from(numbers: Vec<f32>) -> Self {
+        Self(numbers)
+    }
+}
+
+impl FromIterator<f32> for Numbers {
     fn from_iter<I: IntoIterator<Item = f32>>(numbers: I) -> Self {
         Self(numbers.into_iter().collect())
     }
 }
 
-impl Serialize for SavedNumbers {
+impl Serialize for Numbers {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         if serializer.is_human_readable() {
             return self.0.serialize(serializer);
@@ -39,7 +53,7 @@ impl Serialize for SavedNumbers {
     }
 }
 
-impl<'de> Deserialize<'de> for SavedNumbers {
+impl<'de> Deserialize<'de> for Numbers {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         if deserializer.is_human_readable() {
             return Vec::deserialize(deserializer).map(Self);
@@ -51,13 +65,13 @@ impl<'de> Deserialize<'de> for SavedNumbers {
 struct NumberBytes;
 
 impl Visitor<'_> for NumberBytes {
-    type Value = SavedNumbers;
+    type Value = Numbers;
 
     fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter.write_str("numbers of four bytes")
     }
 
-    fn visit_bytes<E: de::Error>(self, bytes: &[u8]) -> Result<SavedNumbers, E> {
+    fn visit_bytes<E: de::Error>(self, bytes: &[u8]) -> Result<Numbers, E> {
         let (numbers, rest) = bytes.as_chunks();
         if !rest.is_empty() {
             return Err(E::invalid_length(bytes.len(), &self));
@@ -72,17 +86,16 @@ mod tests {
 
     #[test]
     fn they_have_their_length_and_are_finite() {
-        let saved = SavedNumbers::of(&[1.0, -2.0]);
-        assert_eq!(saved.clone().restore(2), Some(vec![1.0, -2.0]));
-        assert_eq!(saved.restore(3), None);
-        assert_eq!(SavedNumbers::of(&[f32::NAN]).restore(1), None);
+        let numbers = Numbers::from(vec![1.0, -2.0]);
+        assert!(numbers.is_sound(2) && !numbers.is_sound(3));
+        assert!(!Numbers::from(vec![f32::NAN]).is_sound(1));
     }
 
     #[test]
     fn they_have_the_same_bits_in_text_and_in_bytes() {
         let values = [f32::MIN_POSITIVE, -0.1, 1e-45, f32::MAX, 0.0, -0.0, 1.0 / 3.0];
-        let saved = SavedNumbers::of(&values);
-        let bits = |saved: &SavedNumbers| saved.0.iter().map(|v| v.to_bits()).collect();
+        let saved = Numbers::from(values.to_vec());
+        let bits = |saved: &Numbers| saved.iter().map(|v| v.to_bits()).collect();
         let expected: Vec<u32> = bits(&saved);
         let text = serde_json::to_string(&saved).unwrap();
         assert_eq!(bits(&serde_json::from_str(&text).unwrap()), expected);
@@ -91,7 +104,7 @@ mod tests {
         assert_eq!(bits(&rmp_serde::from_slice(&bytes).unwrap()), expected);
         // Two bytes are missing.
         let damaged = rmp_serde::to_vec(&DamagedNumbers).unwrap();
-        assert!(rmp_serde::from_slice::<SavedNumbers>(&damaged).is_err());
+        assert!(rmp_serde::from_slice::<Numbers>(&damaged).is_err());
     }
 
     struct DamagedNumbers;
