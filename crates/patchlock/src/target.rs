@@ -90,7 +90,7 @@ fn committee(filters: RobustTarget, network: NetworkTarget, settings: &RobustCon
     let fit = CommitteeFit::of(network.name());
     let filters = Member::new("filters", Box::new(filters), &fit.filters);
     let network = Member::new("network", Box::new(network), &fit.network);
-    Committee::new(vec![filters, network], settings, fit)
+    Committee::new([filters, network], settings, fit)
 }
 
 /// A target as a snapshot holds it.

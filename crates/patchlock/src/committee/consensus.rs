@@ -1,9 +1,10 @@
-//! One estimate of several: members whose boxes overlap are a group, the group with the most
-//! evidence is believed, and its members' boxes are averaged.
+//! One estimate of two: if the boxes of both members overlap, both are believed, and their boxes are
+//! averaged; otherwise the one with more evidence is.
 
 use crate::config::RobustConfig;
 use crate::estimate::{Estimate, Status};
 use crate::vision::geometry::BoundingBox;
+use std::ops::Range;
 
 /// Scores count as at least this far from 0 and 1: a logarithm of odds is then at most 9.2.
 const LEAST_ODDS: f64 = 1e-4;
@@ -27,9 +28,9 @@ pub(crate) struct Weights {
     evidence: f64,
     /// The range to which log odds are limited as evidence.
     evidence_range: [f64; 2],
-    /// The part of its log odds in those of a box that others agree with.
+    /// The part of its log odds in those of a box that the other agrees with.
     agreed: f64,
-    /// The part of its log odds in those of a box that no other agrees with.
+    /// The part of its log odds in those of a box that the other does not agree with.
     alone: f64,
     /// The range to which log odds are limited in the score.
     range: [f64; 2],
@@ -45,9 +46,9 @@ pub(crate) struct CommitteeFit {
     pub filters: Weights,
     /// The weights of the network.
     pub network: Weights,
-    /// The log odds of a group's box, apart from what its members say, and for each unit of overlap.
+    /// The log odds of a box that both agree on, apart from what they say, and for each unit of overlap.
     agreement: [f64; 2],
-    /// The log odds of a box that no other member agrees with, apart from what its member says.
+    /// The log odds of a box that the other member does not agree with, apart from what its own says.
     alone: f64,
 }
 
@@ -108,75 +109,25 @@ pub(super) struct Vote {
     bbox: BoundingBox,
     /// The logarithm of the odds that the member gives it.
     log_odds: f64,
-    /// How much speaks for it, in the judgement of all members.
+    /// How much speaks for it, in the judgement of both members.
     evidence: f64,
-    /// The log odds that other members give it.
+    /// The log odds that the other member gives it.
     pub judgement: Option<f64>,
     weights: &'static Weights,
 }
 
-/// The thresholds of a consensus.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct ConsensusParams {
-    /// Members agree if their boxes overlap by more than this.
-    pub agree_overlap: f64,
-    /// The target is tracked from this score on, if members agree
-    tracked: f64,
-    /// and at least this share of it is visible.
-    visible: f64,
-    /// The target is lost below this score.
-    lost: f64,
-    /// What the words of the members are worth.
-    fit: &'static CommitteeFit,
-}
-
-/// What the members say together.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// What both members say together.
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct Consensus {
     pub bbox: BoundingBox,
     /// The probability that the box overlaps the target by at least half.
     pub score: f64,
-    /// The member of the group with the largest log odds.
+    /// The member that is believed and has the largest log odds.
     pub leader: usize,
-    /// The group that is believed, one bit a member.
-    group: u64,
+    /// The numbers of the members that are believed.
+    pub group: Range<usize>,
     /// Whether a member's box does not even touch the one that is believed.
     contested: bool,
-}
-
-impl ConsensusParams {
-    pub fn new(config: &RobustConfig, fit: &'static CommitteeFit) -> Self {
-        Self {
-            fit,
-            agree_overlap: config.agree_overlap,
-            tracked: config.score_tracked,
-            visible: config.visible_tracked,
-            lost: config.score_lost,
-        }
-    }
-
-    /// The status: a target is tracked while members agree and enough of it is known to be visible,
-    /// or while the score is high and no member is elsewhere.
-    pub fn status(&self, consensus: &Consensus, visible: Option<f64>) -> Status {
-        let is_sure = consensus.score >= SURE && !consensus.contested;
-        let is_known = consensus.agrees() && visible.is_some_and(|share| share >= self.visible);
-        match consensus.score {
-            score if score < self.lost => Status::Lost,
-            score if score < self.tracked => Status::Uncertain,
-            _ if is_sure || is_known => Status::Tracked,
-            _ => Status::Uncertain,
-        }
-    }
-
-    /// Whether it is known which parts of the target are visible: those of a lost target are not,
-    /// and those of a tracked one only if enough are.
-    pub fn knows_visibility(&self, status: Status, visible: f64) -> bool {
-        match status {
-            Status::Tracked => visible >= self.visible,
-            Status::Uncertain => true,
-            Status::Lost => false,
-        }
-    }
 }
 
 impl Vote {
@@ -188,10 +139,10 @@ impl Vote {
         Self { bbox: estimate.bbox, log_odds, evidence, judgement: None, weights }
     }
 
-    /// Adds the log odds that another member gives the place.
+    /// Adds the log odds that the other member gives the place.
     pub fn add_judgement(&mut self, log_odds: f64, weights: &Weights) {
         self.evidence += weights.evidence_of(log_odds);
-        self.judgement = Some(self.judgement.unwrap_or(0.0) + log_odds);
+        self.judgement = Some(log_odds);
     }
 }
 
@@ -203,39 +154,62 @@ impl Weights {
 }
 
 impl Consensus {
-    /// What members say together; there is at least one, and at most 64.
-    pub fn of(votes: &[Vote], params: &ConsensusParams) -> Self {
-        let groups = votes.iter().map(|seed| Group::around(seed, votes, params));
-        let more =
-            |best: Group, group: Group| if group.evidence > best.evidence { group } else { best };
-        let Group { members, overlap, .. } = groups.reduce(more).unwrap_or_default();
-        let of_group = || votes.iter().enumerate().filter(move |(k, _)| members >> k & 1 == 1);
-        let largest = of_group().max_by(|(_, a), (_, b)| a.log_odds.total_cmp(&b.log_odds));
-        let (leader, first) = largest.unwrap_or((0, &votes[0]));
-        let sum = match members.count_ones() {
-            0 | 1 => params.fit.alone + first.weights.alone * first.in_range(),
-            _ => {
-                let [agreement, each] = params.fit.agreement;
-                let said = of_group().map(|(_, member)| member.weights.agreed * member.in_range());
-                let sum = agreement + each * overlap + said.sum::<f64>();
-                // What no member finds is not there, however close together they look for it.
-                if first.log_odds < 0.0 { sum.min(first.log_odds) } else { sum }
-            }
+    /// What both members say together. They agree if their boxes overlap by more than
+    /// `agree_overlap`.
+    pub fn of(votes: &[Vote; 2], agree_overlap: f64, fit: &CommitteeFit) -> Self {
+        let overlap = votes[0].bbox.overlap(&votes[1].bbox);
+        let group = if overlap > agree_overlap {
+            0..2
+        } else if votes[1].evidence > votes[0].evidence {
+            1..2
+        } else {
+            0..1
         };
-        let bbox = mean_box(of_group().map(|(_, member)| member));
+        let believed = &votes[group.clone()];
+        let by_odds = |&a: &usize, &b: &usize| votes[a].log_odds.total_cmp(&votes[b].log_odds);
+        let leader = group.clone().max_by(by_odds).unwrap_or(group.start);
+        let first = &votes[leader];
+        let sum = if let [only] = believed {
+            fit.alone + only.weights.alone * only.in_range()
+        } else {
+            let [agreement, each] = fit.agreement;
+            let said = believed.iter().map(|member| member.weights.agreed * member.in_range());
+            let sum = agreement + each * overlap + said.sum::<f64>();
+            // What no member finds is not there, however close together they look for it.
+            if first.log_odds < 0.0 { sum.min(first.log_odds) } else { sum }
+        };
+        let bbox = mean_box(believed);
         let contested = votes.iter().any(|vote| vote.bbox.overlap(&bbox) == 0.0);
-        Self { bbox, score: 1.0 / (1.0 + (-sum).exp()), leader, group: members, contested }
+        Self { bbox, score: 1.0 / (1.0 + (-sum).exp()), leader, group, contested }
     }
 
-    /// The numbers of the members that are believed.
-    pub fn members(&self) -> impl Iterator<Item = usize> + use<> {
-        let group = self.group;
-        (0..64).filter(move |k| group >> k & 1 == 1)
-    }
-
-    /// Whether at least two members agree on the place.
+    /// Whether the members agree on the place.
     pub fn agrees(&self) -> bool {
-        self.group.count_ones() > 1
+        self.group.len() > 1
+    }
+
+    /// The status: a target is tracked while members agree and enough of it is known to be visible,
+    /// or while the score is high and no member is elsewhere.
+    pub fn status(&self, visible: Option<f64>, config: &RobustConfig) -> Status {
+        let is_sure = self.score >= SURE && !self.contested;
+        let is_known =
+            self.agrees() && visible.is_some_and(|share| share >= config.visible_tracked);
+        match self.score {
+            score if score < config.score_lost => Status::Lost,
+            score if score < config.score_tracked => Status::Uncertain,
+            _ if is_sure || is_known => Status::Tracked,
+            _ => Status::Uncertain,
+        }
+    }
+}
+
+/// Whether it is known which parts of the target are visible: those of a lost target are not, and
+/// those of a tracked one only if enough are.
+pub(super) fn knows_visibility(status: Status, visible: f64, config: &RobustConfig) -> bool {
+    match status {
+        Status::Tracked => visible >= config.visible_tracked,
+        Status::Uncertain => true,
+        Status::Lost => false,
     }
 }
 
@@ -246,37 +220,9 @@ impl Vote {
     }
 }
 
-/// Members whose boxes overlap.
-#[derive(Debug, Clone, Copy, Default)]
-struct Group {
-    /// One bit a member.
-    members: u64,
-    evidence: f64,
-    /// The mean overlap of the others with the first.
-    overlap: f64,
-}
-
-impl Group {
-    /// The members that agree with one of them.
-    fn around(seed: &Vote, votes: &[Vote], params: &ConsensusParams) -> Self {
-        let (mut group, mut overlaps) = (Self::default(), 0.0);
-        for (k, vote) in votes.iter().enumerate() {
-            let is_seed = std::ptr::eq(seed, vote);
-            let overlap = seed.bbox.overlap(&vote.bbox);
-            if is_seed || overlap > params.agree_overlap {
-                group.members |= 1 << k;
-                group.evidence += vote.evidence;
-                overlaps += if is_seed { 0.0 } else { overlap };
-            }
-        }
-        group.overlap = overlaps / f64::from(group.members.count_ones() - 1).max(1.0);
-        group
-    }
-}
-
 /// The mean of boxes, weighed by the log odds of their members: of the centres, and of the
 /// logarithms of the sizes.
-fn mean_box<'a>(members: impl Iterator<Item = &'a Vote>) -> BoundingBox {
+fn mean_box(members: &[Vote]) -> BoundingBox {
     let (mut centre, mut size, mut sum) = ([0.0; 2], [0.0; 2], 0.0);
     for Vote { bbox, log_odds, weights: Weights { box_weight, .. }, .. } in members {
         let weight = box_weight * (SHARE * log_odds).exp();
@@ -295,13 +241,6 @@ fn mean_box<'a>(members: impl Iterator<Item = &'a Vote>) -> BoundingBox {
 mod tests {
     use super::*;
 
-    const PARAMS: ConsensusParams = ConsensusParams {
-        agree_overlap: 0.4,
-        tracked: 0.7,
-        visible: 0.5,
-        lost: 0.5,
-        fit: &NANOTRACK,
-    };
     const FILTERS: Weights = NANOTRACK.filters;
     const NETWORK: Weights = NANOTRACK.network;
 
@@ -320,46 +259,44 @@ mod tests {
         1.0 / (1.0 + (-sum).exp())
     }
 
-    fn believed(consensus: &Consensus) -> Vec<usize> {
-        consensus.members().collect()
+    fn consensus(votes: &[Vote; 2]) -> Consensus {
+        Consensus::of(votes, 0.4, &NANOTRACK)
+    }
+
+    fn config() -> RobustConfig {
+        RobustConfig {
+            score_tracked: 0.7,
+            visible_tracked: 0.5,
+            score_lost: 0.5,
+            ..Default::default()
+        }
     }
 
     #[test]
-    fn the_group_with_the_most_evidence_is_believed() {
+    fn those_that_agree_or_the_one_with_more_evidence_are_believed() {
         // Boxes and log odds of filters and network, what the network gives the filters' box, and
         // who is believed.
         for (filters, network, judged, expected) in [
             // They agree.
-            ((HERE, 2.0), (NEAR, 2.0), None, vec![0, 1]),
-            ((HERE, -2.0), (NEAR, -2.0), None, vec![0, 1]),
+            ((HERE, 2.0), (NEAR, 2.0), None, 0..2),
+            ((HERE, -2.0), (NEAR, -2.0), None, 0..2),
             // They do not.
-            ((HERE, 2.0), (AWAY, 2.0), Some(-3.0), vec![1]),
-            ((HERE, 2.0), (AWAY, 2.0), Some(2.0), vec![0]),
-            ((HERE, 2.0), (AWAY, -1.0), Some(-1.0), vec![0]),
-            ((HERE, -1.0), (AWAY, -1.0), Some(-1.0), vec![1]),
+            ((HERE, 2.0), (AWAY, 2.0), Some(-3.0), 1..2),
+            ((HERE, 2.0), (AWAY, 2.0), Some(2.0), 0..1),
+            ((HERE, 2.0), (AWAY, -1.0), Some(-1.0), 0..1),
+            ((HERE, -1.0), (AWAY, -1.0), Some(-1.0), 1..2),
             // A network is never surer than its range says.
-            ((HERE, 2.0), (AWAY, 9.0), Some(2.0), vec![0]),
+            ((HERE, 2.0), (AWAY, 9.0), Some(2.0), 0..1),
         ] {
             let mut votes =
                 [says(filters.0, filters.1, &FILTERS), says(network.0, network.1, &NETWORK)];
             if let Some(judged) = judged {
                 votes[0].add_judgement(judged, &NETWORK);
             }
-            let consensus = Consensus::of(&votes, &PARAMS);
-            assert_eq!(believed(&consensus), expected, "{filters:?} {network:?} {judged:?}");
+            let consensus = consensus(&votes);
+            assert_eq!(consensus.group, expected, "{filters:?} {network:?} {judged:?}");
             assert_eq!(consensus.agrees(), expected.len() > 1);
         }
-    }
-
-    #[test]
-    fn two_that_agree_outvote_a_third() {
-        let network = says(AWAY, 2.0, &NETWORK);
-        let alone = Consensus::of(&[says(HERE, 2.5, &FILTERS), network], &PARAMS);
-        assert_eq!(believed(&alone), [1]);
-        let others = [says(HERE, 2.5, &FILTERS), network, says(NEAR, 2.5, &FILTERS)];
-        let consensus = Consensus::of(&others, &PARAMS);
-        assert_eq!((believed(&consensus), consensus.leader), (vec![0, 2], 2));
-        assert!((consensus.bbox.x - 12.0).abs() < 1e-9);
     }
 
     #[test]
@@ -374,7 +311,7 @@ mod tests {
             ([HERE, AWAY], [2.0, -4.0], 0.65 * 2.0 - 0.26),
         ] {
             let votes = [says(boxes[0], odds[0], &FILTERS), says(boxes[1], odds[1], &NETWORK)];
-            let Consensus { score, .. } = Consensus::of(&votes, &PARAMS);
+            let Consensus { score, .. } = consensus(&votes);
             assert!((score - logistic(sum)).abs() < 1e-9, "{boxes:?} {odds:?}: {score}");
         }
     }
@@ -383,7 +320,7 @@ mod tests {
     fn boxes_that_agree_are_averaged_by_belief() {
         let large = BoundingBox::around(HERE.centre(), 60.0, 30.0);
         let equal = [says(HERE, 1.0, &FILTERS), says(large, 1.0, &NETWORK)];
-        let BoundingBox { x, y, w, h } = Consensus::of(&equal, &PARAMS).bbox;
+        let BoundingBox { x, y, w, h } = consensus(&equal).bbox;
         // The mean of sizes on a logarithmic scale, around the same centre.
         let expected = BoundingBox::around(HERE.centre(), 2400f64.sqrt(), 600f64.sqrt());
         for (value, expected) in
@@ -394,12 +331,12 @@ mod tests {
         // e^(0.2 * 5) times as much as the other one.
         let surer = [says(HERE, 4.0, &FILTERS), says(NEAR, -1.0, &NETWORK)];
         let x = 10.0 + 4.0 / (1.0 + std::f64::consts::E);
-        assert!((Consensus::of(&surer, &PARAMS).bbox.x - x).abs() < 1e-9);
+        assert!((consensus(&surer).bbox.x - x).abs() < 1e-9);
         // Half of the weight of the other.
         const HALF: Weights = Weights { box_weight: 0.5, ..NETWORK };
         let half = [says(HERE, 1.0, &FILTERS), says(NEAR, 1.0, &HALF)];
         let x = 10.0 + 4.0 / 3.0;
-        assert!((Consensus::of(&half, &PARAMS).bbox.x - x).abs() < 1e-9);
+        assert!((consensus(&half).bbox.x - x).abs() < 1e-9);
     }
 
     #[test]
@@ -422,8 +359,9 @@ mod tests {
             (0.49, HERE, Some(1.0), Lost),
         ] {
             let votes = [says(HERE, 5.0, &FILTERS), says(other, -5.0, &NETWORK)];
-            let consensus = Consensus { score, ..Consensus::of(&votes, &PARAMS) };
-            assert_eq!(PARAMS.status(&consensus, visible), status, "{score} {other:?} {visible:?}");
+            let consensus = Consensus { score, ..consensus(&votes) };
+            let found = consensus.status(visible, &config());
+            assert_eq!(found, status, "{score} {other:?} {visible:?}");
         }
     }
 
@@ -436,7 +374,8 @@ mod tests {
             (Uncertain, 0.49, true),
             (Lost, 1.0, false),
         ] {
-            assert_eq!(PARAMS.knows_visibility(status, visible), known, "{status:?} {visible}");
+            let knows = knows_visibility(status, visible, &config());
+            assert_eq!(knows, known, "{status:?} {visible}");
         }
     }
 

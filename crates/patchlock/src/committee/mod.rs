@@ -1,5 +1,5 @@
-//! A committee: trackers that follow the same target independently, and one estimate made of
-//! theirs. No member ever learns what another one says, so that they make different mistakes.
+//! A committee: two trackers that follow the same target independently, and one estimate made of
+//! theirs. No member ever learns what the other one says, so that they make different mistakes.
 
 mod consensus;
 
@@ -10,15 +10,14 @@ use crate::numeric::parallel::*;
 use crate::observe::{CommitteeView, FrameView, MemberView, Observer};
 use crate::target_tracker::{Input, Scratch, TargetTracker};
 pub(crate) use consensus::CommitteeFit;
-use consensus::{Consensus, ConsensusParams, Vote, Weights};
+use consensus::{Consensus, Vote, Weights, knows_visibility};
 
-/// A target that several trackers follow.
+/// A target that two trackers follow.
 #[derive(Debug)]
 pub(crate) struct Committee {
-    members: Vec<Member>,
-    params: ConsensusParams,
-    /// What is said of the current frame. No frame depends on it.
-    votes: Vec<Vote>,
+    members: [Member; 2],
+    config: RobustConfig,
+    fit: &'static CommitteeFit,
 }
 
 /// A tracker of a committee.
@@ -31,14 +30,10 @@ pub(crate) struct Member {
     estimate: Estimate,
 }
 
-/// The buffers of each member.
-#[derive(Debug, Default)]
-struct MemberScratches(Vec<Scratch>);
-
 impl Committee {
     /// A committee of these members, which have begun on the same target.
-    pub fn new(members: Vec<Member>, config: &RobustConfig, fit: &'static CommitteeFit) -> Self {
-        Self { members, params: ConsensusParams::new(config, fit), votes: Vec::new() }
+    pub fn new(members: [Member; 2], config: &RobustConfig, fit: &'static CommitteeFit) -> Self {
+        Self { members, config: config.clone(), fit }
     }
 
     /// Its members, in a fixed order.
@@ -46,14 +41,13 @@ impl Committee {
         self.members.iter().map(|member| &*member.tracker)
     }
 
-    /// Has all members find the target, at the same time if nobody observes them.
+    /// Has both members find the target, at the same time if nobody observes them.
     fn update_members(
         &mut self,
         input: Input<'_>,
-        scratches: &mut Vec<Scratch>,
+        scratches: &mut [Scratch; 2],
         observer: &mut Option<&mut dyn Observer>,
     ) -> Result<(), NetworkError> {
-        scratches.resize_with(self.members.len(), Scratch::default);
         let Some(observer) = observer else {
             return self.members.par_iter_mut().zip(scratches).try_for_each(|(member, scratch)| {
                 member.tracker.update(input, scratch, None, &mut member.estimate)
@@ -65,41 +59,39 @@ impl Committee {
         Ok(())
     }
 
-    /// Collects what members say of their own places, and of those of others that they disagree with.
-    fn collect_votes(
-        &mut self,
+    /// What members say of their own places and, where they disagree, of that of the other.
+    fn votes(
+        &self,
         input: Input<'_>,
-        scratches: &mut [Scratch],
-    ) -> Result<(), NetworkError> {
-        let Self { members, params, votes } = self;
-        votes.clear();
-        votes.extend(members.iter().map(|member| Vote::own(&member.estimate, member.weights)));
-        for (k, (judge, scratch)) in members.iter().zip(scratches).enumerate() {
-            for (place, member) in members.iter().enumerate() {
-                let bbox = member.estimate.bbox;
-                if place == k || judge.estimate.bbox.overlap(&bbox) > params.agree_overlap {
-                    continue;
-                }
-                if let Some(log_odds) = judge.tracker.log_odds_at(input.frame, bbox, scratch)? {
-                    votes[place].add_judgement(log_odds, judge.weights);
-                }
+        scratches: &mut [Scratch; 2],
+    ) -> Result<[Vote; 2], NetworkError> {
+        let Self { members, config, .. } = self;
+        let boxes = members.each_ref().map(|member| member.estimate.bbox);
+        let mut votes =
+            members.each_ref().map(|member| Vote::own(&member.estimate, member.weights));
+        if boxes[0].overlap(&boxes[1]) > config.agree_overlap {
+            return Ok(votes);
+        }
+        for ((judge, scratch), place) in members.iter().zip(scratches).zip([1, 0]) {
+            if let Some(log_odds) = judge.tracker.log_odds_at(input.frame, boxes[place], scratch)? {
+                votes[place].add_judgement(log_odds, judge.weights);
             }
         }
-        Ok(())
+        Ok(votes)
     }
 
     /// Makes the estimate of those of the members.
     fn fill(&mut self, consensus: Consensus, out: &mut Estimate) {
-        let Self { members, params, .. } = self;
-        let shape = consensus.members().find(|&k| members[k].estimate.visibility.is_some());
+        let Self { members, config, .. } = self;
+        let shape = consensus.group.clone().find(|&k| members[k].estimate.visibility.is_some());
         let shape = shape.unwrap_or(consensus.leader);
         out.corners = members[shape].estimate.outline_in(consensus.bbox);
         // The estimate of the member is filled again on the next frame.
         std::mem::swap(&mut out.visibility, &mut members[shape].estimate.visibility);
         (out.bbox, out.score) = (consensus.bbox, consensus.score);
         let visible = out.visibility.as_ref().map(|visibility| visibility.share());
-        out.status = params.status(&consensus, visible);
-        if !visible.is_some_and(|share| params.knows_visibility(out.status, share)) {
+        out.status = consensus.status(visible, config);
+        if !visible.is_some_and(|share| knows_visibility(out.status, share, config)) {
             out.visibility = None;
         }
     }
@@ -113,16 +105,17 @@ impl TargetTracker for Committee {
         mut observer: Option<&mut dyn Observer>,
         estimate: &mut Estimate,
     ) -> Result<(), NetworkError> {
-        let MemberScratches(scratches) = scratch.of();
+        // The buffers of each member.
+        let scratches: &mut [Scratch; 2] = scratch.of();
         self.update_members(input, scratches, &mut observer)?;
-        self.collect_votes(input, scratches)?;
-        let consensus = Consensus::of(&self.votes, &self.params);
+        let votes = self.votes(input, scratches)?;
+        let consensus = Consensus::of(&votes, self.config.agree_overlap, self.fit);
         if let Some(observer) = observer {
             let members = self.members.iter().enumerate().map(|(k, member)| MemberView {
                 name: member.name,
                 estimate: Estimate { visibility: None, ..member.estimate.clone() },
-                judgement: self.votes[k].judgement,
-                is_believed: consensus.members().any(|number| number == k),
+                judgement: votes[k].judgement,
+                is_believed: consensus.group.contains(&k),
             });
             let (members, agrees) = (&*members.collect::<Vec<_>>(), consensus.agrees());
             observer.observe(&FrameView::Committee(CommitteeView { members, agrees }));
