@@ -131,43 +131,6 @@ impl NetworkTarget {
         self.network.name()
     }
 
-    /// Finds the target in the next frame. On an error nothing has changed.
-    pub fn step(
-        &mut self,
-        frame: &Frame<'_>,
-        scratch: &mut NetworkScratch,
-        show: Option<&mut dyn FnMut(NetworkView<'_>)>,
-        estimate: &mut Estimate,
-    ) -> Result<(), NetworkError> {
-        let family = self.network.family();
-        family.predict(
-            frame,
-            self.border,
-            &self.template.current,
-            self.place,
-            &mut scratch.buffers,
-        )?;
-        self.classify(scratch);
-        let detected = family.detect(&scratch.buffers.predictions, self.place);
-        if let Some(show) = show {
-            show(view(&scratch.buffers.predictions, detected));
-        }
-        let place = within(detected.place, frame.size());
-        let mut log_odds = family.odds(scratch.buffers.predictions.logits[detected.cell]);
-        if let Some(update) = family.template_update() {
-            family.compare(&self.template.first, self.place, &mut scratch.buffers)?;
-            log_odds = family.odds(scratch.buffers.predictions.logit_near(detected.cell));
-            if detected.score > update.min_score {
-                self.learn(frame, place, update, scratch)?;
-            }
-        }
-        self.place = place;
-        let size = [0, 1].map(|k| place.size[k] * self.factor[k]);
-        let (score, found) = (logistic(log_odds), CentredBox { size, ..place });
-        fill(found, score, status(score, &self.config), estimate);
-        Ok(())
-    }
-
     /// Gives the classifier its share in the scores.
     fn classify(&self, scratch: &mut NetworkScratch) {
         let NetworkScratch { buffers, classifier, response, .. } = scratch;
@@ -250,6 +213,7 @@ impl NetworkTarget {
 }
 
 impl TargetTracker for NetworkTarget {
+    // On an error nothing has changed.
     fn update(
         &mut self,
         input: Input<'_>,
@@ -257,12 +221,35 @@ impl TargetTracker for NetworkTarget {
         observer: Option<&mut dyn Observer>,
         estimate: &mut Estimate,
     ) -> Result<(), NetworkError> {
-        let scratch = scratch.of();
-        let Some(observer) = observer else {
-            return self.step(input.frame, scratch, None, estimate);
-        };
-        let mut show = |view: NetworkView<'_>| observer.observe(&FrameView::Network(view));
-        self.step(input.frame, scratch, Some(&mut show), estimate)
+        let (frame, scratch) = (input.frame, scratch.of::<NetworkScratch>());
+        let family = self.network.family();
+        family.predict(
+            frame,
+            self.border,
+            &self.template.current,
+            self.place,
+            &mut scratch.buffers,
+        )?;
+        self.classify(scratch);
+        let detected = family.detect(&scratch.buffers.predictions, self.place);
+        if let Some(observer) = observer {
+            let view = view(&scratch.buffers.predictions, detected);
+            observer.observe(&FrameView::Network(view));
+        }
+        let place = within(detected.place, frame.size());
+        let mut log_odds = family.odds(scratch.buffers.predictions.logits[detected.cell]);
+        if let Some(update) = family.template_update() {
+            family.compare(&self.template.first, self.place, &mut scratch.buffers)?;
+            log_odds = family.odds(scratch.buffers.predictions.logit_near(detected.cell));
+            if detected.score > update.min_score {
+                self.learn(frame, place, update, scratch)?;
+            }
+        }
+        self.place = place;
+        let size = [0, 1].map(|k| place.size[k] * self.factor[k]);
+        let (score, found) = (logistic(log_odds), CentredBox { size, ..place });
+        fill(found, score, status(score, &self.config), estimate);
+        Ok(())
     }
 
     fn log_odds_at(

@@ -10,7 +10,7 @@ use crate::Error;
 use crate::config::PaperConfig;
 use crate::estimate::{Estimate, Status};
 use crate::network_error::NetworkError;
-use crate::observe::{FrameView, Observer, PaperView};
+use crate::observe::{FrameView, Observer};
 use crate::patch_model::memory::LearningScratch;
 use crate::patch_model::model::{
     CandidateScores, Candidates, LikelihoodRequest, PatchErrorScratch, PatchModel, cut_candidate,
@@ -89,42 +89,6 @@ impl PaperTarget {
         (target, estimate)
     }
 
-    /// Finds the target in the next frame and learns from it (Fig. 1).
-    pub fn step(
-        &mut self,
-        image: &GreyImage,
-        scratch: &mut PaperScratch,
-        show: Option<&mut dyn FnMut(PaperView<'_>)>,
-        estimate: &mut Estimate,
-    ) {
-        let config = &self.config;
-        let PaperScratch { particles, weighed, learning, .. } = scratch;
-        // Particles and their candidates (Sec. 2, Eq. 22).
-        let motion = Motion::new(config, [image.width(), image.height()]);
-        particles.draw(config.particles, &self.state, &motion, &mut self.rng);
-        particles.warp(image, &config.patch_params());
-        // Patches, joint codes, pooling, weights, likelihoods (Sec. 2.1 to 2.4).
-        let candidates = Candidates { samples: particles.candidates(), order: particles.order() };
-        let wanted = if show.is_some() { LikelihoodRequest::All } else { LikelihoodRequest::Best };
-        self.model.weigh(candidates, wanted, weighed);
-        // The estimate is the most likely particle (Eq. 23).
-        let best = particles::most_likely(weighed.likelihoods());
-        self.state = particles.states()[best];
-        let visibility = estimate.visibility.get_or_insert_default();
-        self.model.visibility(weighed, best, visibility);
-        // Every few frames: subspace, template, dictionaries, buffers (Sec. 2.5).
-        let candidate = particles.candidate(best);
-        self.frames += 1;
-        self.model.collect(candidate, learning);
-        let step = config.patches.learning_step(self.frames);
-        let learned = self.model.learn((candidate, visibility), step, &mut self.rng, learning);
-        self.finish_estimate(estimate);
-        if let Some(show) = show {
-            let shown = view::ViewParts { particles, weighed, learning, best, learned: &learned };
-            show(shown.view(self.frames, &self.model));
-        }
-    }
-
     /// Box, outline, score and status follow from the state and the visibility.
     fn finish_estimate(&self, out: &mut Estimate) {
         let Self { state, config, .. } = self;
@@ -139,6 +103,7 @@ impl PaperTarget {
 }
 
 impl TargetTracker for PaperTarget {
+    // In the order of Fig. 1.
     fn update(
         &mut self,
         input: Input<'_>,
@@ -146,13 +111,32 @@ impl TargetTracker for PaperTarget {
         observer: Option<&mut dyn Observer>,
         estimate: &mut Estimate,
     ) -> Result<(), NetworkError> {
-        let scratch = scratch.of();
-        match observer {
-            None => self.step(input.grey, scratch, None, estimate),
-            Some(observer) => {
-                let mut show = |view: PaperView<'_>| observer.observe(&FrameView::Paper(view));
-                self.step(input.grey, scratch, Some(&mut show), estimate);
-            }
+        let (image, config) = (input.grey, &self.config);
+        let PaperScratch { particles, weighed, learning, .. } = scratch.of();
+        // Particles and their candidates (Sec. 2, Eq. 22).
+        let motion = Motion::new(config, [image.width(), image.height()]);
+        particles.draw(config.particles, &self.state, &motion, &mut self.rng);
+        particles.warp(image, &config.patch_params());
+        // Patches, joint codes, pooling, weights, likelihoods (Sec. 2.1 to 2.4).
+        let candidates = Candidates { samples: particles.candidates(), order: particles.order() };
+        let wanted =
+            if observer.is_some() { LikelihoodRequest::All } else { LikelihoodRequest::Best };
+        self.model.weigh(candidates, wanted, weighed);
+        // The estimate is the most likely particle (Eq. 23).
+        let best = particles::most_likely(weighed.likelihoods());
+        self.state = particles.states()[best];
+        let visibility = estimate.visibility.get_or_insert_default();
+        self.model.visibility(weighed, best, visibility);
+        // Every few frames: subspace, template, dictionaries, buffers (Sec. 2.5).
+        let candidate = particles.candidate(best);
+        self.frames += 1;
+        self.model.collect(candidate, learning);
+        let step = config.patches.learning_step(self.frames);
+        let learned = self.model.learn((candidate, visibility), step, &mut self.rng, learning);
+        self.finish_estimate(estimate);
+        if let Some(observer) = observer {
+            let shown = view::ViewParts { particles, weighed, learning, best, learned: &learned };
+            observer.observe(&FrameView::Paper(shown.view(self.frames, &self.model)));
         }
         Ok(())
     }

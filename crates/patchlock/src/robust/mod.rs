@@ -24,7 +24,7 @@ mod window;
 use crate::config::RobustConfig;
 use crate::estimate::Estimate;
 use crate::network_error::NetworkError;
-use crate::observe::{FrameView, Observer, RobustView};
+use crate::observe::{FrameView, Observer};
 use crate::patch_model::memory::LearningScratch;
 use crate::patch_model::visibility::Visibility;
 use crate::target_tracker::{Input, Scratch, TargetTracker};
@@ -94,54 +94,6 @@ impl RobustTarget {
         (target, estimate)
     }
 
-    /// Finds the target in the next frame and learns from it.
-    pub fn step(
-        &mut self,
-        frame: &Frame<'_>,
-        scratch: &mut RobustScratch,
-        show: Option<&mut dyn FnMut(RobustView<'_>)>,
-        estimate: &mut Estimate,
-    ) {
-        self.frames += 1;
-        // The place: followed from the last one or, after a loss, from where the target is found.
-        let last = self.pose;
-        let is_followed = self.find_again(frame, scratch) || !self.state.is_lost();
-        if is_followed {
-            self.follow(frame, scratch);
-        }
-        // The evidence: what memory, patch model and colours say of it.
-        let RobustScratch { sample: buffer, locator: buffers, seen, learning, .. } = scratch;
-        let config = &self.config;
-        let sample = self.window.sample(frame, self.pose, buffer);
-        let known = self.memory.recognise(&sample, config, &mut buffers.memory);
-        let seen = is_followed.then(|| {
-            let visibility = estimate.visibility.get_or_insert_default();
-            self.occlusion.observe(frame, sample.region(), config, seen, visibility)
-        });
-        let shares = seen.map(PatchObservation::shares).unwrap_or_default();
-        let evidence = Evidence::new(known, shares, self.locator.contrast());
-        // The decision: phase, status, score, and what learns.
-        let decision = self.state.advance(&evidence, (self.frames, last), config);
-        self.state = decision.state;
-        if let Some(update) = decision.update {
-            self.locator.learn(frame, &sample, (config, update.size), buffers);
-            if update.sure
-                && let Some(seen) = seen
-            {
-                self.memory.learn(self.locator.filter(), evidence.certainty, config);
-                self.occlusion.learn(seen, self.memory.sure(), config, learning);
-            }
-        }
-        let pose = decision.back.unwrap_or(self.pose);
-        if self.state.is_lost() {
-            self.pose = pose;
-        }
-        output::fill(pose, self.window.base(), decision.result, estimate);
-        if let Some(show) = show {
-            show(self.view((frame, pose), &evidence, scratch));
-        }
-    }
-
     /// Moves to where the filters follow the target to.
     fn follow(&mut self, frame: &Frame<'_>, scratch: &mut RobustScratch) {
         let Self { pose, window, locator, memory, config, .. } = self;
@@ -199,13 +151,45 @@ impl TargetTracker for RobustTarget {
         observer: Option<&mut dyn Observer>,
         estimate: &mut Estimate,
     ) -> Result<(), NetworkError> {
-        let scratch = scratch.of();
-        match observer {
-            None => self.step(input.frame, scratch, None, estimate),
-            Some(observer) => {
-                let mut show = |view: RobustView<'_>| observer.observe(&FrameView::Robust(view));
-                self.step(input.frame, scratch, Some(&mut show), estimate);
+        let (frame, scratch) = (input.frame, scratch.of());
+        self.frames += 1;
+        // The place: followed from the last one or, after a loss, from where the target is found.
+        let last = self.pose;
+        let is_followed = self.find_again(frame, scratch) || !self.state.is_lost();
+        if is_followed {
+            self.follow(frame, scratch);
+        }
+        // The evidence: what memory, patch model and colours say of it.
+        let RobustScratch { sample: buffer, locator: buffers, seen, learning, .. } = scratch;
+        let config = &self.config;
+        let sample = self.window.sample(frame, self.pose, buffer);
+        let known = self.memory.recognise(&sample, config, &mut buffers.memory);
+        let seen = is_followed.then(|| {
+            let visibility = estimate.visibility.get_or_insert_default();
+            self.occlusion.observe(frame, sample.region(), config, seen, visibility)
+        });
+        let shares = seen.map(PatchObservation::shares).unwrap_or_default();
+        let evidence = Evidence::new(known, shares, self.locator.contrast());
+        // The decision: phase, status, score, and what learns.
+        let decision = self.state.advance(&evidence, (self.frames, last), config);
+        self.state = decision.state;
+        if let Some(update) = decision.update {
+            self.locator.learn(frame, &sample, (config, update.size), buffers);
+            if update.sure
+                && let Some(seen) = seen
+            {
+                self.memory.learn(self.locator.filter(), evidence.certainty, config);
+                self.occlusion.learn(seen, self.memory.sure(), config, learning);
             }
+        }
+        let pose = decision.back.unwrap_or(self.pose);
+        if self.state.is_lost() {
+            self.pose = pose;
+        }
+        output::fill(pose, self.window.base(), decision.result, estimate);
+        if let Some(observer) = observer {
+            let view = self.view((frame, pose), &evidence, scratch);
+            observer.observe(&FrameView::Robust(view));
         }
         Ok(())
     }
