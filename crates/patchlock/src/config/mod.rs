@@ -39,6 +39,7 @@ const SEED: Parameter = Parameter {
     range: number(0.0, MAX_SEED),
     source: "own choice",
     purpose: "Seed of all randomness: the same seed gives the same boxes.",
+    is_stable: true,
 };
 
 /// The table of all settings: those of all methods, then those of each group.
@@ -172,10 +173,9 @@ impl Parameter {
     /// Whether users may rely on the setting with this method. The other ones are for research: they
     /// change without notice.
     pub fn is_stable_for(&self, method: &Method) -> bool {
-        match (method, self.group) {
-            (Method::Robust(_), "") => true,
-            (Method::Robust(_), _) => robust::STABLE.contains(&self.name),
-            (Method::Paper(_) | Method::Network(_), _) => true,
+        match method {
+            Method::Robust(_) => self.is_stable,
+            Method::Paper(_) | Method::Network(_) => true,
         }
     }
 

@@ -1,6 +1,6 @@
 //! The settings of the method `robust`.
 
-use super::table::{Range, group, number};
+use super::table::{Range, STABLE, group, number};
 use super::{PaperConfig, PatchModelConfig};
 use crate::Error;
 use crate::patch_model::params::PatchParams;
@@ -10,33 +10,33 @@ group! {
     RobustConfig ("robust") { patches: PatchModelConfig = PatchModelConfig::coarse() }
     "Li et al. 2018 (STRCF)" {
         /// Side of the search window, in roots of the target's area.
-        search: f64 = 5.0, number(1.5, 20.0);
+        search: f64 = 5.0, number(1.5, 20.0), STABLE;
         /// Standard deviation of the filter's label, in roots of the target's area.
         label_width: f64 = 0.0625, number(0.01, 1.0);
         /// How strongly the filter is drawn to the one before; larger values learn more slowly.
-        temporal: f64 = 10.0, number(0.0, 1e6);
+        temporal: f64 = 10.0, number(0.0, 1e6), STABLE;
         /// How closely the second iteration of learning follows the masked filter of the first.
         penalty: f64 = 0.1, number(1e-3, 10.0);
         /// Side of the patch that the search window is resampled to, in pixels.
-        patch: f64 = 150.0, number(32.0, 512.0);
+        patch: f64 = 150.0, number(32.0, 512.0), STABLE;
         /// Shortest side to which the target may shrink, in pixels.
-        least_side: f64 = 5.0, number(1.0, 1000.0);
+        least_side: f64 = 5.0, number(1.0, 1000.0), STABLE;
     }
     "Danelljan et al. 2014 (DSST)" {
         /// Number of scales that are tried on each frame; an odd number.
-        scale_count: usize = 33, number(3.0, 99.0);
+        scale_count: usize = 33, number(3.0, 99.0), STABLE;
         /// Ratio of neighbouring scales.
-        scale_step: f64 = 1.02, number(1.001, 1.2);
+        scale_step: f64 = 1.02, number(1.001, 1.2), STABLE;
         /// Standard deviation of the scale filter's label, in roots of the number of scales.
         scale_label_width: f64 = 0.25, number(0.01, 1.0);
         /// Learning rate of the scale filter.
-        scale_rate: f64 = 0.025, number(0.0, 1.0);
+        scale_rate: f64 = 0.025, number(0.0, 1.0), STABLE;
         /// Area of the crops of the scale filter, in pixels.
         scale_area: f64 = 512.0, number(64.0, 4096.0);
     }
     "Li et al. 2019 (LDES), with our own numbers" {
         /// Whether rotation in the frame is followed.
-        rotate: bool = true, Range::Flag;
+        rotate: bool = true, Range::Flag, STABLE;
         /// Rotation is measured while the memory's response is below this share of its mean.
         rotation_below: f64 = 0.8, number(0.0, 10.0);
         /// A measured rotation counts from this many radians.
@@ -66,7 +66,7 @@ group! {
     }
     "Bertinetto et al. 2016 (Staple), with our own numbers" {
         /// Weight of the map of the target's colours, relative to the memory's mean response.
-        colour_weight: f64 = 0.3, number(0.0, 10.0);
+        colour_weight: f64 = 0.3, number(0.0, 10.0), STABLE;
         /// The map of colours counts while the contrast of the target's colours to its
         /// surroundings is at least this: 0 is none, 1 is full.
         colour_contrast: f64 = 0.2, number(-1.0, 1.0);
@@ -77,7 +77,7 @@ group! {
     }
     "own measurement" {
         /// Learning rate of the memory, which averages the tracking filters over sure frames.
-        memory_rate: f64 = 0.02, number(0.0, 1.0);
+        memory_rate: f64 = 0.02, number(0.0, 1.0), STABLE;
         /// A frame is sure while the memory's response is above this share of its recent value,
         /// or of its mean if that is lower.
         sure: f64 = 0.7, number(0.0, 10.0);
@@ -99,7 +99,7 @@ group! {
         /// A doubtful frame has a memory response below this share of its recent value.
         lost_drop: f64 = 0.6, number(0.0, 10.0);
         /// The target is lost after this many consecutive doubtful frames.
-        lost_after: usize = 5, number(1.0, 10_000.0);
+        lost_after: usize = 5, number(1.0, 10_000.0), STABLE;
         /// The target may be covered below this part of the visible share on sure frames, if
         /// `covered_elsewhere`, `covered_contrast` and `covered_below` hold too.
         covered_visible: f64 = 0.3, number(0.0, 10.0);
@@ -115,12 +115,12 @@ group! {
         covered_after: usize = 10, number(1.0, 10_000.0);
         /// While the target is lost, a place counts as found if the memory's response is above
         /// this share of its mean.
-        found_above: f64 = 0.65, number(0.0, 10.0);
+        found_above: f64 = 0.65, number(0.0, 10.0), STABLE;
         /// A place that was found is accepted after this many frames that do not count as lost.
-        trial: usize = 5, number(1.0, 10_000.0);
+        trial: usize = 5, number(1.0, 10_000.0), STABLE;
         /// A place that was found is not accepted if the mean share of the target that was reported
         /// as visible on the last frames is below this.
-        trial_shown: f64 = 0.4, number(0.0, 1.0);
+        trial_shown: f64 = 0.4, number(0.0, 1.0), STABLE;
         /// The target counts as unseen where it is followed, and is searched for elsewhere, if the
         /// mean share that was reported as visible on the last frames is below this and the
         /// memory's response is below `found_above`.
@@ -137,15 +137,15 @@ group! {
         /// response of the memory below this share of its mean.
         gone_below: f64 = 0.3, number(0.0, 10.0);
         /// Number of windows that are searched on each frame while the target is lost.
-        search_windows: usize = 5, number(1.0, 1000.0);
+        search_windows: usize = 5, number(1.0, 1000.0), STABLE;
         /// Share of their side by which the windows of the search overlap.
         search_overlap: f64 = 0.5, number(0.0, 0.9);
         /// Size of the target in the second of four passes of the search over the frame, relative
         /// to the last one.
-        search_larger: f64 = 1.2, number(0.1, 10.0);
+        search_larger: f64 = 1.2, number(0.1, 10.0), STABLE;
         /// Size of the target in the third of four passes of the search over the frame, relative to
         /// the last one.
-        search_smaller: f64 = 0.8, number(0.1, 10.0);
+        search_smaller: f64 = 0.8, number(0.1, 10.0), STABLE;
         /// A peak in a window of the search is examined if it is above this share of `found_above`.
         found_promising: f64 = 0.5, number(0.0, 10.0);
         /// Larger size that is tried at a place that was found, relative to the last one.
@@ -175,56 +175,25 @@ group! {
         /// A patch is reported as visible, and counts for score and status, when the squared error
         /// of its own-location code is below this. What is learned, and whether the target is
         /// covered, is decided with the stricter `epsilon`.
-        shown_epsilon: f64 = 0.2, number(0.0, 4.0);
+        shown_epsilon: f64 = 0.2, number(0.0, 4.0), STABLE;
         /// The target counts as tracked from this score on.
-        score_tracked: f64 = 0.7, number(0.0, 1.0);
+        score_tracked: f64 = 0.7, number(0.0, 1.0), STABLE;
         /// The target counts as tracked only if at least this share of it is visible and, with a
         /// network, filters and network agree; or, with a network, from a score of 0.9 on if their
         /// boxes touch. If less is visible then, `visibility` is not known.
-        visible_tracked: f64 = 0.25, number(0.0, 1.0);
+        visible_tracked: f64 = 0.25, number(0.0, 1.0), STABLE;
         /// The target counts as lost below this score, also before it is given up. The score is at
         /// most this once it is given up.
-        score_lost: f64 = 0.5, number(0.0, 1.0);
+        score_lost: f64 = 0.5, number(0.0, 1.0), STABLE;
     }
     "own measurement; only with a network" {
         /// Share of the difference between the box of the first frame and what the network sees
         /// there, on a logarithmic scale, that is taken out of all its later boxes.
-        network_fit: f64 = 0.6, number(0.0, 1.0);
+        network_fit: f64 = 0.6, number(0.0, 1.0), STABLE;
         /// Default tracker and network agree while their boxes overlap by more than this.
         agree_overlap: f64 = 0.4, number(0.0, 1.0);
     }
 }
-
-/// The settings that a user has a reason to change. The other ones are for research: they change
-/// without notice.
-pub(super) const STABLE: [&str; 22] = [
-    // How far it looks, how fine, and how fast it learns.
-    "search",
-    "patch",
-    "least_side",
-    "temporal",
-    "memory_rate",
-    "colour_weight",
-    // Changes of size and rotation.
-    "scale_count",
-    "scale_step",
-    "scale_rate",
-    "rotate",
-    // Losses and the search.
-    "lost_after",
-    "found_above",
-    "trial",
-    "trial_shown",
-    "search_windows",
-    "search_larger",
-    "search_smaller",
-    // What is reported.
-    "shown_epsilon",
-    "score_tracked",
-    "visible_tracked",
-    "score_lost",
-    "network_fit",
-];
 
 impl RobustConfig {
     /// The parameters of the patch model. Its weighing of candidates is not used.

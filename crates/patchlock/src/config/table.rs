@@ -55,7 +55,13 @@ pub struct Parameter {
     pub source: &'static str,
     /// What it does, in one sentence.
     pub purpose: &'static str,
+    /// Whether it is stable for the method `robust`.
+    pub(super) is_stable: bool,
 }
+
+/// Marks a row of `robust`: a setting that a user has a reason to change. The other ones are for
+/// research: they change without notice.
+pub(super) const STABLE: bool = true;
 
 /// Any number from `min` to `max`.
 pub(super) const fn number(min: f64, max: f64) -> Range {
@@ -179,7 +185,7 @@ macro_rules! group {
         $(#[$meta:meta])+
         $name:ident ($title:literal) { $($inner:ident : $inner_type:ident = $inner_default:expr)? }
         $($source:literal {
-            $($(#[doc = $doc:literal])+ $field:ident : $ty:ty = $default:expr, $range:expr;)*
+            $($(#[doc = $doc:literal])+ $field:ident : $ty:ty = $default:expr, $range:expr $(, $stable:expr)?;)*
         })*
     ) => {
         $(#[$meta])+
@@ -216,6 +222,7 @@ macro_rules! group {
                     range: $range,
                     source: $source,
                     purpose: concat!($($doc),+).trim_ascii(),
+                    is_stable: false $(|| $stable)?,
                 },
             )*)*];
 
