@@ -12,7 +12,7 @@ use crate::estimate::Estimate;
 use crate::numeric::instructions::Instructions;
 use crate::numeric::parallel::*;
 use crate::observe::FrameView;
-use crate::snapshot::{MultiParts, MultiSnapshot, SavedTrack};
+use crate::snapshot::{MultiSnapshot, SavedTrack, VERSION};
 use crate::target::{self, Images};
 use crate::target_id::TargetId;
 use crate::target_tracker::{Scratch, TargetTracker};
@@ -205,13 +205,13 @@ impl MultiTracker {
             let (target, estimate) = (target::saved(&**target), tracked.estimate.clone());
             (tracked.id, SavedTrack { target, estimate })
         });
-        let tracks = tracks.collect();
-        MultiSnapshot::new(MultiParts {
-            config: self.config.clone(),
+        MultiSnapshot {
+            version: VERSION,
+            config: TrackerConfig { network: None, ..self.config.clone() },
             next: self.next,
             frame_size: self.known_size(),
-            tracks,
-        })
+            tracks: tracks.collect(),
+        }
     }
 
     /// A tracker that continues where the snapshot was taken.
@@ -221,7 +221,8 @@ impl MultiTracker {
     /// [`Error::Network`] if the snapshot needs a network that it does not have, see
     /// [`MultiSnapshot::with_network`]; [`Error::Instructions`] as in [`MultiTracker::new`].
     pub fn restore(snapshot: MultiSnapshot) -> Result<Self, Error> {
-        let MultiParts { config, next, frame_size, tracks } = snapshot.into_parts()?;
+        snapshot.check()?;
+        let MultiSnapshot { config, next, frame_size, tracks, .. } = snapshot;
         let mut tracker = Self::empty(config)?;
         tracker.next = next;
         tracker.size = frame_size.map(FrameSize::checked).transpose()?;

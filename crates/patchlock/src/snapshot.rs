@@ -9,10 +9,11 @@ use crate::network::Network;
 use crate::target::SavedTarget;
 use crate::target_id::TargetId;
 use crate::vision::frame::FrameSize;
-use serde::{Deserialize, Serialize};
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize};
 
 /// The version of the saved form; raised when the meaning of its fields changes.
-const VERSION: u32 = 11;
+pub(crate) const VERSION: u32 = 11;
 
 /// The state of a [`Tracker`](crate::Tracker) between two frames.
 ///
@@ -21,21 +22,23 @@ const VERSION: u32 = 11;
 /// the names of fields, which is a third as large.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Snapshot {
-    version: Version,
-    config: TrackerConfig,
-    frame_size: FrameSize,
-    track: SavedTrack,
+    #[serde(deserialize_with = "read_version")]
+    pub(crate) version: u32,
+    pub(crate) config: TrackerConfig,
+    pub(crate) frame_size: FrameSize,
+    pub(crate) track: SavedTrack,
 }
 
 /// The state of a [`MultiTracker`](crate::MultiTracker) between two frames; otherwise as
 /// [`Snapshot`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MultiSnapshot {
-    version: Version,
-    config: TrackerConfig,
-    next: u64,
-    frame_size: Option<FrameSize>,
-    tracks: Vec<(TargetId, SavedTrack)>,
+    #[serde(deserialize_with = "read_version")]
+    pub(crate) version: u32,
+    pub(crate) config: TrackerConfig,
+    pub(crate) next: u64,
+    pub(crate) frame_size: Option<FrameSize>,
+    pub(crate) tracks: Vec<(TargetId, SavedTrack)>,
 }
 
 /// A target and its latest estimate.
@@ -45,20 +48,14 @@ pub(crate) struct SavedTrack {
     pub estimate: Estimate,
 }
 
-/// The version of a snapshot. Reading any other one than [`VERSION`] is an error.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "u32")]
-struct Version(u32);
-
-impl TryFrom<u32> for Version {
-    type Error = Error;
-
-    fn try_from(version: u32) -> Result<Self, Error> {
-        if version == VERSION {
-            return Ok(Self(version));
-        }
-        Err(error::snapshot(format!("its version is {version}; allowed: {VERSION}")))
+/// Reads the version of a snapshot. Any other one than [`VERSION`] is an error.
+fn read_version<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u32, D::Error> {
+    let version = u32::deserialize(deserializer)?;
+    if version != VERSION {
+        let reason = format!("its version is {version}; allowed: {VERSION}");
+        return Err(D::Error::custom(error::snapshot(reason)));
     }
+    Ok(version)
 }
 
 impl Snapshot {
@@ -74,24 +71,6 @@ impl Snapshot {
     pub fn config(&self) -> &TrackerConfig {
         &self.config
     }
-
-    pub(crate) fn new(config: TrackerConfig, frame_size: FrameSize, track: SavedTrack) -> Self {
-        // A network is a file of its own, which the text of a snapshot does not hold.
-        let config = TrackerConfig { network: None, ..config };
-        Self { version: Version(VERSION), config, frame_size, track }
-    }
-
-    pub(crate) fn into_parts(self) -> (TrackerConfig, FrameSize, SavedTrack) {
-        (self.config, self.frame_size, self.track)
-    }
-}
-
-/// The parts of a [`MultiSnapshot`].
-pub(crate) struct MultiParts {
-    pub config: TrackerConfig,
-    pub next: u64,
-    pub frame_size: Option<FrameSize>,
-    pub tracks: Vec<(TargetId, SavedTrack)>,
 }
 
 impl MultiSnapshot {
@@ -107,22 +86,20 @@ impl MultiSnapshot {
         &self.config
     }
 
-    pub(crate) fn new(parts: MultiParts) -> Self {
-        let MultiParts { config, next, frame_size, tracks } = parts;
-        let config = TrackerConfig { network: None, ..config };
-        Self { version: Version(VERSION), config, next, frame_size, tracks }
-    }
-
-    pub(crate) fn into_parts(self) -> Result<MultiParts, Error> {
-        let Self { config, next, frame_size, tracks, .. } = self;
+    /// Checks that the parts fit together.
+    ///
+    /// # Errors
+    /// [`Error::Snapshot`] names those that do not.
+    pub(crate) fn check(&self) -> Result<(), Error> {
         // Ids only grow, so those in use stand in rising order.
-        let ids: Vec<u64> = tracks.iter().map(|(id, _)| id.number()).chain([next]).collect();
+        let ids = self.tracks.iter().map(|(id, _)| id.number()).chain([self.next]);
+        let ids: Vec<u64> = ids.collect();
         if ids[0] == 0 || !ids.is_sorted_by(|a, b| a < b) {
             return Err(error::snapshot(format!("its ids {ids:?} do not rise from 1")));
         }
-        if frame_size.is_none() && !tracks.is_empty() {
+        if self.frame_size.is_none() && !self.tracks.is_empty() {
             return Err(error::snapshot("it has targets but no frame size"));
         }
-        Ok(MultiParts { config, next, frame_size, tracks })
+        Ok(())
     }
 }

@@ -5,7 +5,7 @@ use crate::config::TrackerConfig;
 use crate::estimate::Estimate;
 use crate::numeric::instructions::Instructions;
 use crate::observe::Observer;
-use crate::snapshot::{SavedTrack, Snapshot};
+use crate::snapshot::{SavedTrack, Snapshot, VERSION};
 use crate::target::{self, Images};
 use crate::target_tracker::{Scratch, TargetTracker};
 use crate::vision::frame::{Frame, FrameSize};
@@ -123,7 +123,9 @@ impl Tracker {
     pub fn snapshot(&self) -> Snapshot {
         let track =
             SavedTrack { target: target::saved(&*self.target), estimate: self.estimate.clone() };
-        Snapshot::new(self.config.clone(), self.size, track)
+        // A network is a file of its own, which the text of a snapshot does not hold.
+        let config = TrackerConfig { network: None, ..self.config.clone() };
+        Snapshot { version: VERSION, config, frame_size: self.size, track }
     }
 
     /// A tracker that continues where the snapshot was taken.
@@ -133,7 +135,8 @@ impl Tracker {
     /// if the snapshot needs a network that it does not have, see [`Snapshot::with_network`];
     /// [`Error::Instructions`] as in [`Tracker::start`].
     pub fn restore(snapshot: Snapshot) -> Result<Self, Error> {
-        let (config, size, SavedTrack { target, estimate }) = snapshot.into_parts();
+        let Snapshot { config, frame_size: size, track, .. } = snapshot;
+        let SavedTrack { target, estimate } = track;
         config.validate()?;
         estimate.check()?;
         Instructions::chosen()?;
