@@ -1,6 +1,6 @@
 //! Input data of the benchmarks: a rendered scene, processed with the paper's settings.
 
-use patchlock::paper::motion::{Limits, Motion};
+use patchlock::paper::motion::Motion;
 use patchlock::paper::particles::Particles;
 use patchlock::patch_model::sparse::codes::CodeParams;
 use patchlock::patch_model::sparse::dictionary::Dictionary;
@@ -8,7 +8,7 @@ use patchlock::patch_model::{buffer, templates};
 use patchlock::vision::frame::GreyImage;
 use patchlock::vision::patches::{PatchGrid, normalise};
 use patchlock::vision::warp;
-use patchlock::{BoundingBox, Frame, State};
+use patchlock::{BoundingBox, Frame, PaperConfig, State};
 use patchlock_scene::{Scene, SceneFrame};
 use rand_pcg::Pcg64;
 
@@ -31,8 +31,7 @@ impl Bench {
         let mut image = GreyImage::default();
         image.fill(&view(&scene.frame(0))).unwrap();
         let state = first_state(&scene);
-        let limits = Limits::new([image.width(), image.height()], SIDE);
-        let motion = Motion { sigma: [6.0, 6.0, 0.02, 0.002, 0.002, 0.0], limits };
+        let motion = Motion::new(&PaperConfig::default(), [image.width(), image.height()]);
         let mut drawn = Particles::default();
         drawn.draw(PARTICLES, &state, &motion, &mut Pcg64::new(7, 1));
         let templates = templates::shifts(10)

@@ -20,44 +20,18 @@ pub struct Motion {
     /// Standard deviations of x and y (pixels), scale, rotation (radians), aspect, and skew
     /// (radians).
     pub sigma: [f64; 6],
-    /// What is never drawn.
-    pub limits: Limits,
-}
-
-/// The smallest and the largest target, and the centre that is furthest away.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Limits {
-    template_side: usize,
-    pixels: f64,
-}
-
-impl Limits {
-    /// The limits in frames of this width and height, for templates of this side in samples.
-    pub fn new(frame: [usize; 2], template_side: usize) -> Self {
-        Self { template_side, pixels: MAX_FRAMES * frame[0].max(frame[1]) as f64 }
-    }
-
-    /// Whether a state drawn around `last` is within the limits. What was beyond them before,
-    /// because the first box was, may stay where it is or come closer.
-    fn hold(&self, state: &State, last: &State) -> bool {
-        let area = |state: &State| {
-            let (width, height) = state.size(self.template_side);
-            width * height
-        };
-        let sizes = |state: &State| {
-            let (width, height) = state.size(self.template_side);
-            [width, height, state.x.abs(), state.y.abs()]
-        };
-        area(state) >= area(last).min(LEAST_AREA)
-            && sizes(state).iter().zip(sizes(last)).all(|(new, old)| *new <= old.max(self.pixels))
-    }
+    /// Side of a template, in samples.
+    pub(super) template_side: usize,
+    /// No side that is drawn, and no distance from the frame's first row and column, is larger.
+    pub(super) most_pixels: f64,
 }
 
 impl Motion {
     /// The motion model in frames of this width and height.
     pub fn new(config: &PaperConfig, frame: [usize; 2]) -> Self {
         Self {
-            limits: Limits::new(frame, config.patches.template_side),
+            template_side: config.patches.template_side,
+            most_pixels: MAX_FRAMES * frame[0].max(frame[1]) as f64,
             sigma: [
                 config.sigma_x,
                 config.sigma_y,
@@ -73,11 +47,23 @@ impl Motion {
     pub fn draw(&self, last: &State, rng: &mut Pcg64) -> State {
         for _ in 0..MAX_REDRAWS {
             let state = self.draw_once(last, rng);
-            if state.is_valid() && self.limits.hold(&state, last) {
+            if state.is_valid() && self.allows(&state, last) {
                 return state;
             }
         }
         *last
+    }
+
+    /// Whether a state drawn around `last` is within the limits. What was beyond them before,
+    /// because the first box was, may stay where it is or come closer.
+    fn allows(&self, state: &State, last: &State) -> bool {
+        let lengths = |state: &State| {
+            let (width, height) = state.size(self.template_side);
+            [width, height, state.x.abs(), state.y.abs()]
+        };
+        let (new, old) = (lengths(state), lengths(last));
+        new[0] * new[1] >= (old[0] * old[1]).min(LEAST_AREA)
+            && new.iter().zip(old).all(|(new, old)| *new <= old.max(self.most_pixels))
     }
 
     fn draw_once(&self, last: &State, rng: &mut Pcg64) -> State {

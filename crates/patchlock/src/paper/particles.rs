@@ -97,14 +97,14 @@ pub fn most_likely(likelihoods: &[f64]) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::paper::motion::Limits;
+    use crate::config::PaperConfig;
 
     const LAST: State =
         State { x: 100.0, y: 50.0, scale: 1.2, rotation: 0.1, aspect: 0.8, skew: 0.0 };
     const SIGMA: [f64; 6] = [6.0, 6.0, 0.02, 0.002, 0.002, 0.0];
 
     fn motion(sigma: [f64; 6]) -> Motion {
-        Motion { sigma, limits: Limits::new([320, 240], 32) }
+        Motion { sigma, ..Motion::new(&PaperConfig::default(), [320, 240]) }
     }
 
     fn particles(motion: &Motion, last: &State, count: usize, seed: u128) -> Vec<State> {
