@@ -112,7 +112,8 @@ impl TargetTracker for PaperTarget {
         estimate: &mut Estimate,
     ) -> Result<(), NetworkError> {
         let (image, config) = (input.grey, &self.config);
-        let PaperScratch { particles, weighed, learning, .. } = scratch.of();
+        let scratch = scratch.of();
+        let PaperScratch { particles, weighed, learning, .. } = scratch;
         // Particles and their candidates (Sec. 2, Eq. 22).
         let motion = Motion::new(config, [image.width(), image.height()]);
         particles.draw(config.particles, &self.state, &motion, &mut self.rng);
@@ -135,8 +136,7 @@ impl TargetTracker for PaperTarget {
         let learned = self.model.learn((candidate, visibility), step, &mut self.rng, learning);
         self.finish_estimate(estimate);
         if let Some(observer) = observer {
-            let shown = view::ViewParts { particles, weighed, learning, best, learned: &learned };
-            observer.observe(&FrameView::Paper(shown.view(self.frames, &self.model)));
+            observer.observe(&FrameView::Paper(self.view(best, &learned, scratch)));
         }
         Ok(())
     }

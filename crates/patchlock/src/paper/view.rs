@@ -1,23 +1,20 @@
 //! Makes the view of a frame for an observer.
 
-use super::particles::Particles;
+use super::{PaperScratch, PaperTarget};
 use crate::observe::{PaperView, PatchView, UpdateView};
-use crate::patch_model::memory::{LearningChanges, LearningScratch};
-use crate::patch_model::model::{CandidateScores, PatchModel};
+use crate::patch_model::memory::LearningChanges;
 use crate::patch_model::scale::PatchScores;
 
-/// The parts of a frame that a view is made from.
-pub(crate) struct ViewParts<'a> {
-    pub particles: &'a Particles,
-    pub weighed: &'a CandidateScores,
-    pub learning: &'a LearningScratch,
-    pub best: usize,
-    pub learned: &'a LearningChanges,
-}
-
-impl<'a> ViewParts<'a> {
-    pub fn view(&self, frame: u64, model: &'a PatchModel) -> PaperView<'a> {
-        let Self { particles, weighed, learning, best, learned } = *self;
+impl PaperTarget {
+    /// What was found in a frame, with the best particle of this number, and learned from it.
+    pub fn view<'a>(
+        &'a self,
+        best: usize,
+        learned: &LearningChanges,
+        scratch: &'a PaperScratch,
+    ) -> PaperView<'a> {
+        let (Self { model, frames, .. }, PaperScratch { particles, weighed, learning, .. }) =
+            (self, scratch);
         let patches = |scores: &PatchScores| {
             let coded = scores.codes(best).zip(scores.features(best));
             let view =
@@ -25,7 +22,7 @@ impl<'a> ViewParts<'a> {
             coded.map(view).collect()
         };
         PaperView {
-            frame,
+            frame: *frames,
             particles: particles.states(),
             likelihoods: weighed.likelihoods(),
             best,
