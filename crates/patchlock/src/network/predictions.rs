@@ -119,8 +119,6 @@ pub struct Detection {
     pub score: f64,
     /// The chosen cell.
     pub cell: usize,
-    /// The share of the way to the size that this cell saw, by which the size has changed.
-    pub rate: f64,
 }
 
 /// Buffers of a thread.

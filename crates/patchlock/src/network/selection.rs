@@ -45,6 +45,6 @@ impl Selection {
         let (best, score) = (predictions.places[cell], predictions.scores[cell]);
         let rate = penalties(&best) * score * rate;
         let size = [0, 1].map(|k| last.size[k] + rate * (best.size[k] - last.size[k]));
-        Detection { place: CentredBox { centre: best.centre, size }, score, cell, rate }
+        Detection { place: CentredBox { centre: best.centre, size }, score, cell }
     }
 }

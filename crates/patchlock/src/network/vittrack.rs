@@ -152,9 +152,8 @@ fn search_window(place: CentredBox) -> Window {
 fn detect(hann: &[f64], predictions: &CellPredictions, last: CentredBox) -> Detection {
     let cell = largest(predictions.scores.iter().zip(hann).map(|(score, hann)| score * hann));
     let score = predictions.scores[cell];
-    let rate = if score < KEPT_BELOW { 0.0 } else { 1.0 };
-    let place = if rate == 0.0 { last } else { predictions.places[cell] };
-    Detection { place, score, cell, rate }
+    let place = if score < KEPT_BELOW { last } else { predictions.places[cell] };
+    Detection { place, score, cell }
 }
 
 /// The cells of the outputs: scores, sizes and offsets, relative to the window.
