@@ -24,11 +24,7 @@ impl Preset {
 
     /// The name, in lower case.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Robust => "robust",
-            Self::Paper => "paper",
-            Self::Network => "network",
-        }
+        Method::NAMES[self as usize]
     }
 
     /// The method and its settings.
