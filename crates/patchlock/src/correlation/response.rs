@@ -119,8 +119,8 @@ impl<'a> Response<'a> {
     /// map has a value for each cell, with this weight. The value is that of the response alone.
     pub fn peak_with(&self, map: &[f32], weight: f32) -> Peak {
         let sums = self.cells.iter().zip(map).map(|(value, extra)| value + weight * extra);
-        let cell = largest(sums).cell;
-        self.climb(Maximum { cell, value: self.cells[cell] })
+        let (cell, _) = largest(sums);
+        self.climb((cell, self.cells[cell]))
     }
 
     /// The response at a displacement between cells.
@@ -146,7 +146,7 @@ impl<'a> Response<'a> {
     }
 
     /// The peak near a cell.
-    fn climb(&self, Maximum { cell, value }: Maximum) -> Peak {
+    fn climb(&self, (cell, value): (usize, f32)) -> Peak {
         let n = self.fourier.side();
         let start = Peak { shift: [wrap(cell % n, n), wrap(cell / n, n)], value: value.into() };
         let mut shift = start.shift;
@@ -251,17 +251,9 @@ struct Series {
     curvature: [f64; 3],
 }
 
-/// The first cell with the largest value.
-#[derive(Clone, Copy)]
-struct Maximum {
-    cell: usize,
-    value: f32,
-}
-
-fn largest(values: impl Iterator<Item = f32>) -> Maximum {
-    values.enumerate().fold(Maximum { cell: 0, value: f32::MIN }, |best, (cell, value)| {
-        if value > best.value { Maximum { cell, value } } else { best }
-    })
+/// The first cell with the largest value, and the value.
+fn largest(values: impl Iterator<Item = f32>) -> (usize, f32) {
+    values.enumerate().fold((0, f32::MIN), |best, next| if next.1 > best.1 { next } else { best })
 }
 
 /// The displacement that a cell stands for, also the frequency of a bin.
