@@ -7,13 +7,12 @@
 use super::likelihood::Feature;
 use super::pooling::own_share;
 use super::weights::{masked_error, position_weights};
-use crate::numeric::instructions::Instructions;
+use crate::numeric::instructions::{Instructions, dispatch};
 use crate::numeric::parallel::*;
 use crate::patch_model::sparse::codes::{Code, CodeParams};
 use crate::patch_model::sparse::dictionary::{Dictionary, DictionaryScratch};
 use crate::patch_model::sparse::somp::batched;
 use crate::vision::patches::PatchGrid;
-use pulp::{Simd, WithSimd};
 
 /// Grid, dictionary and buffer of a scale.
 #[derive(Debug, Clone)]
@@ -174,11 +173,9 @@ impl Scale {
                 batched::solve(dictionary, &at, patches, params, solver, codes);
             }
         }
-        Instructions::default().dispatch(Score { scale: self, location, patches, codes, out });
+        self.score(location, patches, codes, out);
     }
-}
 
-impl Scale {
     /// Codes the patches of one template at all locations, and calls `each` with the code and the
     /// feature of one after the other: what [`Self::code_block`] gives for a block of one.
     pub fn code_everywhere(
@@ -198,35 +195,23 @@ impl Scale {
         batched::solve_each(dictionary, &self.shared, patches, params, solver, codes);
         for (location, (patch, code)) in patches.chunks_exact(dim).zip(&*codes).enumerate() {
             let (codes, mut scores) = (std::slice::from_ref(code), [Default::default()]);
-            let score = Score { scale: self, location, patches: patch, codes, out: &mut scores };
-            Instructions::default().dispatch(score);
+            self.score(location, patch, codes, &mut scores);
             let [(code, feature)] = scores;
             each(code, feature);
         }
     }
-}
 
-/// Computes features from codes, compiled for the instructions in use.
-struct Score<'a> {
-    scale: &'a Scale,
-    location: usize,
-    patches: &'a [f32],
-    codes: &'a [Code],
-    out: &'a mut [(Code, Feature)],
-}
-
-impl WithSimd for Score<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let Self { scale: Scale { dictionary, .. }, location, patches, codes, out } = self;
-        let coded = codes.iter().zip(patches.chunks_exact(dictionary.dim()));
-        for (out, (&code, patch)) in out.iter_mut().zip(coded) {
-            let share = own_share(&code, location, dictionary.locations());
-            let error = masked_error(dictionary, patch, &code, location);
-            *out = (code, Feature { share, error });
-        }
+    /// Computes features from codes.
+    fn score(&self, location: usize, patches: &[f32], codes: &[Code], out: &mut [(Code, Feature)]) {
+        let dictionary = &self.dictionary;
+        dispatch!(Instructions::default(), |_| {
+            let coded = codes.iter().zip(patches.chunks_exact(dictionary.dim()));
+            for (out, (&code, patch)) in out.iter_mut().zip(coded) {
+                let share = own_share(&code, location, dictionary.locations());
+                let error = masked_error(dictionary, patch, &code, location);
+                *out = (code, Feature { share, error });
+            }
+        });
     }
 }
 

@@ -4,10 +4,10 @@ use super::node::Node;
 use super::rows::{Atoms, Gram, Rows};
 use super::vectors::widen;
 use crate::numeric::aligned::AlignedVec;
-use crate::numeric::instructions::Instructions;
+use crate::numeric::instructions::{Instructions, dispatch};
 use crate::patch_model::sparse::codes::CodeParams;
 use crate::patch_model::sparse::dictionary::Dictionary;
-use pulp::{Simd, WithSimd};
+use pulp::Simd;
 
 /// A location: its shared columns, and everything that follows from them and the dictionary alone.
 /// It must be filled again when either of them changes.
@@ -38,7 +38,7 @@ impl Location {
         shared: (usize, &[f32]),
         params: &CodeParams,
     ) {
-        Instructions::default().dispatch(FillRoot { location: self, dictionary, shared, params });
+        dispatch!(Instructions::default(), |simd| self.fill_with(simd, dictionary, shared, params));
     }
 
     /// The same with these instructions.
@@ -57,25 +57,6 @@ impl Location {
         reference.resize(dictionary.dim(), 0.0);
         root.fill_root(simd, shared);
         rows.fill_root(simd, (dictionary, panels), root, params);
-    }
-}
-
-/// Fills a location's root, compiled for the instructions in use. A closure would not do: only code
-/// that is always inlined is compiled for them.
-struct FillRoot<'a> {
-    location: &'a mut Location,
-    dictionary: (&'a Dictionary, &'a [f64]),
-    shared: (usize, &'a [f32]),
-    params: &'a CodeParams,
-}
-
-impl WithSimd for FillRoot<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let Self { location, dictionary, shared, params } = self;
-        location.fill_with(simd, dictionary, shared, params);
     }
 }
 

@@ -1,8 +1,7 @@
 use super::*;
-use crate::numeric::instructions::Instructions;
+use crate::numeric::instructions::{Instructions, dispatch};
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
-use pulp::WithSimd;
 
 const DIM: usize = 16;
 const PARAMS: CodeParams = CodeParams { atoms: MAX_ATOMS, min_residual: 1e-6 };
@@ -61,11 +60,9 @@ struct RowDescent<'a> {
     path: &'a [usize],
 }
 
-impl WithSimd for RowDescent<'_> {
-    type Output = Vec<Errors>;
-
-    fn with_simd<S: Simd>(self, simd: S) -> Vec<Errors> {
-        let Self { dictionary, shared, path } = self;
+impl RowDescent<'_> {
+    fn descend<S: Simd>(&self, simd: S) -> Vec<Errors> {
+        let Self { dictionary, shared, path } = *self;
         let products = dictionary.products().unwrap();
         let gram = Gram::Kept(&products.gram);
         let atoms = Atoms { dictionary, panels: &products.panels, gram };
@@ -105,23 +102,7 @@ impl WithSimd for RowDescent<'_> {
         }
         rows.into_iter().map(|rows| rows.errors).collect()
     }
-}
 
-/// Makes all tiles; returns the same data computed for each atom alone.
-#[inline(always)]
-fn make_tiles<S: Simd, const FIRST: bool>(
-    simd: S,
-    dictionary: &Dictionary,
-    mut tiles: ChildTiles<'_, S, FIRST>,
-) -> Vec<[f32; 3]> {
-    let single = (0..dictionary.len()).map(|k| tiles.at(k)).collect();
-    for t in 0..dictionary.stride() / (TILE * S::F32_LANES) {
-        tiles.tile(simd, t);
-    }
-    single
-}
-
-impl RowDescent<'_> {
     fn check(&self, rows: &Rows, truth: &Truth) {
         for k in 0..self.dictionary.len() {
             let weight = rows.weights.get(k).copied().unwrap_or_default();
@@ -154,6 +135,20 @@ impl RowDescent<'_> {
     }
 }
 
+/// Makes all tiles; returns the same data computed for each atom alone.
+#[inline(always)]
+fn make_tiles<S: Simd, const FIRST: bool>(
+    simd: S,
+    dictionary: &Dictionary,
+    mut tiles: ChildTiles<'_, S, FIRST>,
+) -> Vec<[f32; 3]> {
+    let single = (0..dictionary.len()).map(|k| tiles.at(k)).collect();
+    for t in 0..dictionary.stride() / (TILE * S::F32_LANES) {
+        tiles.tile(simd, t);
+    }
+    single
+}
+
 /// With little texture the residuals of the atoms are small, and the bounds are correspondingly
 /// tight.
 #[test]
@@ -163,8 +158,9 @@ fn bounds_are_tight_where_little_is_left() {
     let dictionary = Dictionary::new(DIM, 9, signals(90, &mut runner));
     let shared = signals(4, &mut runner);
     for (_, instructions) in Instructions::available() {
-        let descend = RowDescent { dictionary: &dictionary, shared: &shared, path: &[3, 16, 31] };
-        for (depth, errors) in instructions.dispatch(descend).iter().enumerate().skip(1) {
+        let descent = RowDescent { dictionary: &dictionary, shared: &shared, path: &[3, 16, 31] };
+        let errors = dispatch!(instructions, |simd| descent.descend(simd));
+        for (depth, errors) in errors.iter().enumerate().skip(1) {
             assert!(errors.max_residual < 1e-3, "node {depth}: {errors:?}");
             assert!(errors.divisors < 1e-2 * errors.max_residual, "node {depth}: {errors:?}");
             assert!(errors.columns.iter().all(|e| *e < 1e-7), "node {depth}: {errors:?}");
@@ -182,8 +178,8 @@ proptest! {
     ) {
         let dictionary = Dictionary::new(DIM, 9, atoms);
         for (_, instructions) in Instructions::available() {
-            let (dictionary, shared) = (&dictionary, &shared);
-            instructions.dispatch(RowDescent { dictionary, shared, path: &path });
+            let descent = RowDescent { dictionary: &dictionary, shared: &shared, path: &path };
+            dispatch!(instructions, |simd| descent.descend(simd));
         }
     }
 }
