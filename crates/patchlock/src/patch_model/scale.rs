@@ -38,9 +38,9 @@ pub struct ScaleParams {
     pub beta: f64,
     /// Whether position weights are used.
     pub position_weights: bool,
-    /// Whether what follows from dictionary and buffer is kept. That is several times as much memory,
-    /// and worth it where many candidates are coded between two learning steps. The codes are the
-    /// same.
+    /// Whether what follows from dictionary and buffer is kept, as [`Scale::code_block`] needs it. That
+    /// is several times as much memory, and worth it where many candidates are coded between two
+    /// learning steps. The codes are the same.
     pub keeps_products: bool,
 }
 
@@ -149,8 +149,9 @@ impl Scale {
         &self.positions
     }
 
-    /// Codes the patches of some templates, at most a block of them, at one location. Blocks are
-    /// independent, so the results are the same on any number of threads.
+    /// Codes the patches of some templates, at most a block of them, at one location, with the
+    /// products that were kept. Blocks are independent, so the results are the same on any number of
+    /// threads.
     pub fn code_block<'a>(
         &self,
         location: usize,
@@ -164,15 +165,7 @@ impl Scale {
         codes.resize(templates.len(), Code::default());
         self.grid.cut_each(templates, location, patches);
         let (dictionary, params) = (&self.dictionary, &self.params.codes);
-        match self.locations.get(location) {
-            Some(at) => batched::solve(dictionary, at, patches, params, solver, codes),
-            None => {
-                let length = self.shared.len() / self.grid.locations();
-                let shared = &self.shared[location * length..][..length];
-                let at = batched::Location::new(dictionary, (location, shared), params);
-                batched::solve(dictionary, &at, patches, params, solver, codes);
-            }
-        }
+        batched::solve(dictionary, &self.locations[location], patches, params, solver, codes);
         self.score(location, patches, codes, out);
     }
 
@@ -276,12 +269,10 @@ mod tests {
             scale.code_everywhere(&candidate, &mut scratch, each);
             assert_eq!(everywhere.len(), 9);
             for (location, one) in everywhere.iter().enumerate() {
-                for scale in [&kept, &not] {
-                    let mut out = [Default::default()];
-                    let candidates = std::iter::once(&*candidate);
-                    scale.code_block(location, candidates, &mut scratch, &mut out);
-                    assert_eq!(out[0], *one, "location {location}");
-                }
+                let mut out = [Default::default()];
+                let candidates = std::iter::once(&*candidate);
+                kept.code_block(location, candidates, &mut scratch, &mut out);
+                assert_eq!(out[0], *one, "location {location}");
             }
         }
     }

@@ -186,7 +186,8 @@ struct Branch {
 }
 
 /// Codes every candidate (rows of `dim` samples) jointly with the location's shared columns, one
-/// code per candidate. The location must have been filled for this dictionary and these parameters.
+/// code per candidate. The location must have been filled for this dictionary, which keeps its
+/// products, and these parameters.
 pub fn solve(
     dictionary: &Dictionary,
     location: &Location,
@@ -196,17 +197,16 @@ pub fn solve(
     codes: &mut [Code],
 ) {
     // Without atoms every code is empty, and the root cannot be filled.
-    if dictionary.is_empty() {
+    let Some(kept) = dictionary.products().filter(|_| !dictionary.is_empty()) else {
         codes.fill(Code::default());
         return;
-    }
-    let mut made = mem::take(&mut scratch.made);
-    let problem = Problem { atoms: made.atoms(dictionary), location, params };
+    };
+    let atoms = Atoms { dictionary, panels: &kept.panels, gram: Gram::Kept(&kept.gram) };
+    let problem = Problem { atoms, location, params };
     let blocks = candidates.chunks(BLOCK * dictionary.dim()).zip(codes.chunks_mut(BLOCK));
     for (block, codes) in blocks {
         scratch.solve_block(problem, block, codes);
     }
-    scratch.made = made;
 }
 
 /// Codes one candidate at each location (rows of `dim` samples, one for each location), jointly

@@ -1,7 +1,7 @@
 //! A location of the buffer and the dictionary as the solver needs them, before any candidate.
 
 use super::node::Node;
-use super::rows::{Atoms, Gram, Rows};
+use super::rows::Rows;
 use super::vectors::widen;
 use crate::numeric::aligned::AlignedVec;
 use crate::numeric::instructions::{Instructions, dispatch};
@@ -23,6 +23,7 @@ pub struct Location {
 
 impl Location {
     /// The location of this index with these shared columns (rows of `dim` samples).
+    #[cfg(feature = "internals")]
     pub fn new(dictionary: &Dictionary, shared: (usize, &[f32]), params: &CodeParams) -> Self {
         let (mut location, mut made) = (Self::default(), DictionaryPanels::default());
         made.fill(dictionary);
@@ -72,14 +73,5 @@ impl DictionaryPanels {
     pub fn fill(&mut self, dictionary: &Dictionary) {
         dictionary.fill_panels(&mut self.panels);
         widen(&mut self.wide, &self.panels);
-    }
-
-    /// The dictionary with its products: those that it keeps, or those that are made here.
-    pub fn atoms<'a>(&'a mut self, dictionary: &'a Dictionary) -> Atoms<'a> {
-        if let Some(kept) = dictionary.products() {
-            return Atoms { dictionary, panels: &kept.panels, gram: Gram::Kept(&kept.gram) };
-        }
-        self.fill(dictionary);
-        Atoms { dictionary, panels: &self.panels, gram: Gram::DictionaryPanels(&self.wide) }
     }
 }
