@@ -15,7 +15,7 @@
 //! - A step passes over the atoms once, in tiles of about 64. The node's part of a tile is
 //!   computed, and all candidates at the node use it while it is in registers. For each candidate,
 //!   a tile is searched for atoms whose score could exceed the lower bound on the best score. The
-//!   first lower bound comes from a guess: the atom that the previous candidates chose.
+//!   first tile is that of a guess: the atom that the previous candidates chose.
 //!
 //! # Why it is exact
 //! All of this only *screens*, in `f32`. If the bounds below leave only one atom that can have the
