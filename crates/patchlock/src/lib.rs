@@ -14,40 +14,9 @@
 //!
 //! The library opens no files, prints nothing, reads no clock, and does not panic on any input.
 //!
-//! # Where the steps of `robust` are
-//!
-//! | step | module |
-//! |---|---|
-//! | the whole | `robust` |
-//! | sample: window, patch, features, spectra | `robust::window`, `vision::crop`, `correlation::features` |
-//! | hypotheses of tracking filter and memory, map of colours | `robust::{tracking_filter, memory, colours}` |
-//! | the pose on this frame, its rotation and size | `robust::{locate, rotation, scale}` |
-//! | evidence: certainty, visible parts | `robust::{memory, occlusion}`, `patch_model` |
-//! | decision: phase, status, what learns; the score | `robust::status`, `robust::score` |
-//! | search after a loss | `robust::search` |
-//! | filters, responses, histograms | `correlation` |
-//! | with a network: one estimate of both | `committee` |
-//!
-//! # Where each step of the paper is
-//!
-//! | step | paper | module |
-//! |---|---|---|
-//! | the whole | Fig. 1 | `paper` |
-//! | frame, grey | Sec. 2 | `vision::frame` |
-//! | affine state, motion, particles | Sec. 2, Eq. 22-23 | `vision::state`, `paper::{motion, particles}` |
-//! | candidates: bilinear warp | Sec. 2 | `vision::warp` |
-//! | patches at two scales | Eq. 1 | `vision::patches` |
-//! | dictionaries | Eq. 2 | `patch_model::sparse::dictionary` |
-//! | joint sparse codes with buffers | Eq. 3-9 | `patch_model::sparse::somp`, `patch_model::buffer` |
-//! | pooling by alignment | Eq. 10-11 | `patch_model::pooling` |
-//! | occlusion levels, weights | Eq. 12-14, 18-19 | `patch_model::weights` |
-//! | likelihood | Eq. 24 | `patch_model::likelihood` |
-//! | subspace, reconstruction | Eq. 15-16 | `patch_model::subspace`, `patch_model::sparse::lasso` |
-//! | mask, new template | Eq. 17, 20-21 | `patch_model::mask`, `patch_model::update` |
-//! | first templates, replacement | Sec. 2.5 | `patch_model::templates`, `patch_model::memory` |
-//!
-//! These modules are private. The feature `internals` makes some of them public for the tests and
-//! benchmarks of this workspace; they change without notice.
+//! `ARCHITECTURE.md` in the repository shows the way of a frame through the modules, and `PAPER.md`
+//! where each equation of the paper is. The modules are private. The feature `internals` makes some
+//! of them public for the tests and benchmarks of this workspace; they change without notice.
 
 mod committee;
 mod config;

@@ -12,8 +12,8 @@
 
 use super::fourier::Complex32;
 use super::lanes::{LANES, Octet, Vector};
-use crate::numeric::instructions::Instructions;
-use pulp::{Simd, WithSimd};
+use crate::numeric::instructions::{Instructions, dispatch_eight, vectorise};
+use pulp::Simd;
 use std::f64::consts::TAU;
 use std::ops::Range;
 
@@ -93,12 +93,21 @@ impl Batch {
         scratch: &mut BatchScratch,
     ) {
         scratch.fit(self.n);
-        Instructions::default().dispatch_eight(ForwardTransform {
-            batch: self,
-            planes,
-            window,
-            out,
-            scratch,
+        dispatch_eight!(Instructions::default(), |simd| {
+            let n = self.n;
+            let channels = planes.len() / (n * n);
+            for group in (0..channels).step_by(GROUP) {
+                for y in 0..n {
+                    let cells = planes[y * n * channels..].chunks_exact(channels);
+                    let cells = cells.zip(&window[y * n..]);
+                    for (line, (cell, &weight)) in scratch.line.iter_mut().zip(cells) {
+                        *line = halves(&cell[group..], weight);
+                    }
+                    self.transform(simd, scratch);
+                    separate(y, scratch);
+                }
+                self.finish(simd, 0..n, (group, channels), scratch, out);
+            }
         });
     }
 
@@ -111,7 +120,36 @@ impl Batch {
         scratch: &mut BatchScratch,
     ) {
         scratch.fit(self.n);
-        Instructions::default().dispatch_eight(Cells { batch: self, spectra, mask, out, scratch });
+        dispatch_eight!(Instructions::default(), |simd| {
+            let n = self.n;
+            let channels = spectra.len() / (n * (n / 2 + 1));
+            let scale = 1.0 / (n * n) as f32;
+            for group in (0..channels).step_by(GROUP) {
+                // The inverse transform of v is the conjugate of the transform of its conjugate.
+                let parts = (0..=n / 2).flat_map(|column| [(column, 0), (column, LANES)]);
+                for (column, half) in parts {
+                    let bins = spectra[column * n * channels..].chunks_exact(channels);
+                    for (line, bin) in scratch.line.iter_mut().zip(bins) {
+                        *line = Octet::load(&bin[group + half..]).conj();
+                    }
+                    self.transform(simd, scratch);
+                    let start = (2 * column + half / LANES) * n;
+                    scratch.columns[start..][mask.y.clone()]
+                        .copy_from_slice(&scratch.line[mask.y.clone()]);
+                }
+                let rows = out.chunks_exact_mut((mask.x.len() * channels).max(1));
+                for (y, row) in mask.y.clone().zip(rows) {
+                    join(y, scratch);
+                    self.transform(simd, scratch);
+                    let line = &scratch.line[mask.x.clone()];
+                    for (cell, line) in row.chunks_exact_mut(channels).zip(line) {
+                        let values = line.conj() * scale;
+                        values.re.store(&mut cell[group..]);
+                        values.im.store(&mut cell[group + LANES..]);
+                    }
+                }
+            }
+        });
     }
 
     /// The spectra of planes that have these cells inside the mask, and zeros elsewhere.
@@ -123,7 +161,23 @@ impl Batch {
         scratch: &mut BatchScratch,
     ) {
         scratch.fit(self.n);
-        Instructions::default().dispatch_eight(Spectra { batch: self, cells, mask, out, scratch });
+        dispatch_eight!(Instructions::default(), |simd| {
+            let n = self.n;
+            let channels = out.len() / (n * (n / 2 + 1));
+            for group in (0..channels).step_by(GROUP) {
+                let rows = cells.chunks_exact((mask.x.len() * channels).max(1));
+                for (y, row) in mask.y.clone().zip(rows) {
+                    scratch.line.fill(Octet::ZERO);
+                    let line = &mut scratch.line[mask.x.clone()];
+                    for (line, cell) in line.iter_mut().zip(row.chunks_exact(channels)) {
+                        *line = halves(&cell[group..], 1.0);
+                    }
+                    self.transform(simd, scratch);
+                    separate(y, scratch);
+                }
+                self.finish(simd, mask.y.clone(), (group, channels), scratch, out);
+            }
+        });
     }
 }
 
@@ -132,113 +186,6 @@ impl BatchScratch {
         self.line.resize(n, Octet::ZERO);
         self.other.resize(n, Octet::ZERO);
         self.columns.resize(2 * n * (n / 2 + 1), Octet::ZERO);
-    }
-}
-
-struct ForwardTransform<'a> {
-    batch: &'a Batch,
-    planes: &'a [f32],
-    window: &'a [f32],
-    out: &'a mut [Complex32],
-    scratch: &'a mut BatchScratch,
-}
-
-impl WithSimd for ForwardTransform<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let Self { batch, planes, window, out, scratch } = self;
-        let n = batch.n;
-        let channels = planes.len() / (n * n);
-        for group in (0..channels).step_by(GROUP) {
-            for y in 0..n {
-                let cells = planes[y * n * channels..].chunks_exact(channels);
-                let cells = cells.zip(&window[y * n..]);
-                for (line, (cell, &weight)) in scratch.line.iter_mut().zip(cells) {
-                    *line = halves(&cell[group..], weight);
-                }
-                batch.transform(simd, scratch);
-                separate(y, scratch);
-            }
-            batch.finish(simd, 0..n, (group, channels), scratch, out);
-        }
-    }
-}
-
-struct Cells<'a> {
-    batch: &'a Batch,
-    spectra: &'a [Complex32],
-    mask: &'a Mask,
-    out: &'a mut [f32],
-    scratch: &'a mut BatchScratch,
-}
-
-impl WithSimd for Cells<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let Self { batch, spectra, mask, out, scratch } = self;
-        let n = batch.n;
-        let channels = spectra.len() / (n * (n / 2 + 1));
-        let scale = 1.0 / (n * n) as f32;
-        for group in (0..channels).step_by(GROUP) {
-            // The inverse transform of v is the conjugate of the transform of its conjugate.
-            for (column, half) in (0..=n / 2).flat_map(|column| [(column, 0), (column, LANES)]) {
-                let bins = spectra[column * n * channels..].chunks_exact(channels);
-                for (line, bin) in scratch.line.iter_mut().zip(bins) {
-                    *line = Octet::load(&bin[group + half..]).conj();
-                }
-                batch.transform(simd, scratch);
-                let start = (2 * column + half / LANES) * n;
-                scratch.columns[start..][mask.y.clone()]
-                    .copy_from_slice(&scratch.line[mask.y.clone()]);
-            }
-            let rows = out.chunks_exact_mut((mask.x.len() * channels).max(1));
-            for (y, row) in mask.y.clone().zip(rows) {
-                join(y, scratch);
-                batch.transform(simd, scratch);
-                let line = &scratch.line[mask.x.clone()];
-                for (cell, line) in row.chunks_exact_mut(channels).zip(line) {
-                    let values = line.conj() * scale;
-                    values.re.store(&mut cell[group..]);
-                    values.im.store(&mut cell[group + LANES..]);
-                }
-            }
-        }
-    }
-}
-
-struct Spectra<'a> {
-    batch: &'a Batch,
-    cells: &'a [f32],
-    mask: &'a Mask,
-    out: &'a mut [Complex32],
-    scratch: &'a mut BatchScratch,
-}
-
-impl WithSimd for Spectra<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let Self { batch, cells, mask, out, scratch } = self;
-        let n = batch.n;
-        let channels = out.len() / (n * (n / 2 + 1));
-        for group in (0..channels).step_by(GROUP) {
-            let rows = cells.chunks_exact((mask.x.len() * channels).max(1));
-            for (y, row) in mask.y.clone().zip(rows) {
-                scratch.line.fill(Octet::ZERO);
-                let line = &mut scratch.line[mask.x.clone()];
-                for (line, cell) in line.iter_mut().zip(row.chunks_exact(channels)) {
-                    *line = halves(&cell[group..], 1.0);
-                }
-                batch.transform(simd, scratch);
-                separate(y, scratch);
-            }
-            batch.finish(simd, mask.y.clone(), (group, channels), scratch, out);
-        }
     }
 }
 
@@ -309,31 +256,23 @@ impl Batch {
     /// Transforms a line in place. It is not inlined: it is long and has many callers.
     #[inline(always)]
     fn transform<S: Simd>(&self, simd: S, scratch: &mut BatchScratch) {
-        simd.vectorize(Line { passes: &self.passes, scratch });
-    }
-}
-
-struct Line<'a> {
-    passes: &'a [Pass],
-    scratch: &'a mut BatchScratch,
-}
-
-impl WithSimd for Line<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let BatchScratch { line, other, .. } = self.scratch;
-        for pass in self.passes {
-            match pass.radix {
-                2 => pass.run::<2>(line, other),
-                3 => pass.run::<3>(line, other),
-                4 => pass.run::<4>(line, other),
-                5 => pass.run::<5>(line, other),
-                _ => pass.run::<7>(line, other),
-            }
-            std::mem::swap(line, other);
-        }
+        vectorise(
+            simd,
+            #[inline(always)]
+            move || {
+                let BatchScratch { line, other, .. } = scratch;
+                for pass in &self.passes {
+                    match pass.radix {
+                        2 => pass.run::<2>(line, other),
+                        3 => pass.run::<3>(line, other),
+                        4 => pass.run::<4>(line, other),
+                        5 => pass.run::<5>(line, other),
+                        _ => pass.run::<7>(line, other),
+                    }
+                    std::mem::swap(line, other);
+                }
+            },
+        );
     }
 }
 

@@ -9,9 +9,8 @@
 //! luma alone 52 % (`benchmarks/record/speed.md`).
 
 use crate::correlation::fhog::CELL;
-use crate::numeric::instructions::Instructions;
+use crate::numeric::instructions::{Instructions, dispatch_eight};
 use crate::vision::crop::Planes;
-use pulp::{Simd, WithSimd};
 use std::f32::consts::TAU;
 use std::sync::LazyLock;
 
@@ -47,28 +46,7 @@ pub struct ColourScratch {
 /// of grey: cell by cell, `CHANNELS` values every `stride`.
 pub fn colour(patch: &Planes, scratch: &mut ColourScratch, out: &mut [f32], stride: usize) {
     let places = &mut scratch.places;
-    Instructions::default().dispatch_eight(Colour { patch, places, out, stride });
-}
-
-/// Writes the mean luma of each cell, from -0.5 to 0.5, one value every `stride`.
-pub fn luma(patch: &Planes, scratch: &mut ColourScratch, out: &mut [f32], stride: usize) {
-    let luma = &mut scratch.luma;
-    Instructions::default().dispatch_eight(Luma { patch, luma, out, stride });
-}
-
-struct Colour<'a> {
-    patch: &'a Planes,
-    places: &'a mut Vec<u32>,
-    out: &'a mut [f32],
-    stride: usize,
-}
-
-impl WithSimd for Colour<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let Self { patch, places, out, stride } = self;
+    dispatch_eight!(Instructions::default(), |_| {
         let Some(table) = TABLE.first_chunk::<{ LEVELS.pow(3) }>() else { return };
         let (width, columns) = (patch.width, patch.width / CELL);
         let length = width * CELL;
@@ -93,22 +71,13 @@ impl WithSimd for Colour<'_> {
                 out[8..CHANNELS].copy_from_slice(&four.map(mean));
             }
         }
-    }
+    });
 }
 
-struct Luma<'a> {
-    patch: &'a Planes,
-    luma: &'a mut Vec<f32>,
-    out: &'a mut [f32],
-    stride: usize,
-}
-
-impl WithSimd for Luma<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let Self { patch, luma, out, stride } = self;
+/// Writes the mean luma of each cell, from -0.5 to 0.5, one value every `stride`.
+pub fn luma(patch: &Planes, scratch: &mut ColourScratch, out: &mut [f32], stride: usize) {
+    let luma = &mut scratch.luma;
+    dispatch_eight!(Instructions::default(), |_| {
         let (width, columns) = (patch.width, patch.width / CELL);
         let weights: &[f32] = if patch.channels == 1 { &[1.0] } else { &[0.2989, 0.5870, 0.1140] };
         for (row, out) in out.chunks_mut(columns * stride).take(patch.height / CELL).enumerate() {
@@ -125,7 +94,7 @@ impl WithSimd for Luma<'_> {
                 *out = (a + b + c + d) / (255 * CELL * CELL) as f32 - 0.5;
             }
         }
-    }
+    });
 }
 
 /// The place of a colour in the table.

@@ -6,9 +6,8 @@
 //! Plain loops over arrays of fixed lengths. With AVX2 they take 36 % of the plain instructions
 //! (`benchmarks/record/speed.md`).
 
-use crate::numeric::instructions::Instructions;
+use crate::numeric::instructions::{Instructions, dispatch_eight};
 use crate::vision::crop::Planes;
-use pulp::{Simd, WithSimd};
 use std::array::from_fn;
 
 /// Side of a cell in pixels.
@@ -67,23 +66,7 @@ pub struct FhogScratch {
 /// Writes the channels of a patch whose sides are multiples of [`CELL`], at least two cells each:
 /// cell by cell, row by row, `CHANNELS` values every `stride`.
 pub fn fhog(patch: &Planes, scratch: &mut FhogScratch, out: &mut [f32], stride: usize) {
-    Instructions::default().dispatch_eight(Compute { patch, scratch, out, stride });
-}
-
-/// The computation, compiled for the instructions in use.
-struct Compute<'a> {
-    patch: &'a Planes,
-    scratch: &'a mut FhogScratch,
-    out: &'a mut [f32],
-    stride: usize,
-}
-
-impl WithSimd for Compute<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let Self { patch, scratch, out, stride } = self;
+    dispatch_eight!(Instructions::default(), |_| {
         let (columns, rows) = (patch.width / CELL, patch.height / CELL);
         scratch.cells.clear();
         scratch.cells.resize(columns * rows, [[0.0; LANES]; 3]);
@@ -105,7 +88,7 @@ impl WithSimd for Compute<'_> {
                 normalise(cell, [a, b, c, d], out);
             }
         }
-    }
+    });
 }
 
 /// The gradient of each pixel of a row, of the colour channel where it is largest: central

@@ -13,8 +13,8 @@
 use super::batch::{BatchScratch, Mask};
 use super::fourier::{Complex32, Fourier, FourierScratch};
 use super::lanes::{add, inner};
-use crate::numeric::instructions::Instructions;
-use pulp::{Simd, WithSimd};
+use crate::numeric::instructions::{Instructions, dispatch_eight};
+use pulp::Simd;
 
 /// The penalty on the difference of `f` and `g` in the first round.
 const FIRST_PENALTY: f32 = 1.0;
@@ -97,63 +97,38 @@ impl FilterLearner {
         filter: &mut [f32],
         scratch: &mut FilterScratch,
     ) {
-        Instructions::default().dispatch_eight(FilterSample {
-            learner: self,
-            fourier,
-            sample,
-            filter,
-            scratch,
+        dispatch_eight!(Instructions::default(), |simd| {
+            let FilterScratch { energy, before, free, masked, cells, batch } = scratch;
+            let channels = sample.len() / fourier.bins();
+            energy.resize(fourier.bins(), 0.0);
+            for (energy, x) in energy.iter_mut().zip(sample.chunks_exact(channels)) {
+                *energy = inner(simd, x, x).re;
+            }
+            for spectra in [&mut *before, &mut *free, &mut *masked] {
+                spectra.resize(sample.len(), Complex32::ZERO);
+            }
+            let (transforms, mask) = (fourier.batch(), &self.mask);
+            transforms.spectra(filter, mask, before, batch);
+            // Round 1, with the multiplier at 0: f is drawn to the filter before alone.
+            let (mu, first, second) = (self.temporal, FIRST_PENALTY, self.penalty);
+            for (f, p) in free.iter_mut().zip(before.iter()) {
+                *f = p * (mu / (mu + first));
+            }
+            self.solve(simd, (sample, energy), mu + first, fourier, free);
+            cells.resize(filter.len(), 0.0);
+            transforms.cells(free, mask, cells, batch);
+            transforms.spectra(cells, mask, masked, batch);
+            // Round 2: the multiplier is `first (f - g)`. The right side is built where f is.
+            let scale = 1.0 / (mu + second);
+            let [of_f, of_p, of_g] = [-first * scale, mu * scale, (second + first) * scale];
+            for ((f, p), g) in free.iter_mut().zip(before.iter()).zip(masked.iter()) {
+                *f = *f * of_f + p * of_p + g * of_g;
+            }
+            self.solve(simd, (sample, energy), mu + second, fourier, free);
+            transforms.cells(free, mask, filter, batch);
         });
     }
-}
 
-/// The arguments of [`FilterLearner::learn`].
-struct FilterSample<'a> {
-    learner: &'a FilterLearner,
-    fourier: &'a Fourier,
-    sample: &'a [Complex32],
-    filter: &'a mut [f32],
-    scratch: &'a mut FilterScratch,
-}
-
-impl WithSimd for FilterSample<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let Self { learner, fourier, sample, filter, scratch } = self;
-        let FilterScratch { energy, before, free, masked, cells, batch } = scratch;
-        let channels = sample.len() / fourier.bins();
-        energy.resize(fourier.bins(), 0.0);
-        for (energy, x) in energy.iter_mut().zip(sample.chunks_exact(channels)) {
-            *energy = inner(simd, x, x).re;
-        }
-        for spectra in [&mut *before, &mut *free, &mut *masked] {
-            spectra.resize(sample.len(), Complex32::ZERO);
-        }
-        let (transforms, mask) = (fourier.batch(), &learner.mask);
-        transforms.spectra(filter, mask, before, batch);
-        // Round 1, with the multiplier at 0: f is drawn to the filter before alone.
-        let (mu, first, second) = (learner.temporal, FIRST_PENALTY, learner.penalty);
-        for (f, p) in free.iter_mut().zip(before.iter()) {
-            *f = p * (mu / (mu + first));
-        }
-        learner.solve(simd, (sample, energy), mu + first, fourier, free);
-        cells.resize(filter.len(), 0.0);
-        transforms.cells(free, mask, cells, batch);
-        transforms.spectra(cells, mask, masked, batch);
-        // Round 2: the multiplier is `first (f - g)`. The right side is built where f is.
-        let scale = 1.0 / (mu + second);
-        let [of_f, of_p, of_g] = [-first * scale, mu * scale, (second + first) * scale];
-        for ((f, p), g) in free.iter_mut().zip(before.iter()).zip(masked.iter()) {
-            *f = *f * of_f + p * of_p + g * of_g;
-        }
-        learner.solve(simd, (sample, energy), mu + second, fourier, free);
-        transforms.cells(free, mask, filter, batch);
-    }
-}
-
-impl FilterLearner {
     /// Moves `filter` to the minimum of `|<x, f> - y|^2 / 2 + strength * T / 2 |f - filter|^2` for
     /// each frequency, where `T` is the number of cells: a step along the sample, as far as the
     /// filter is wrong.

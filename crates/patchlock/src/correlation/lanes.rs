@@ -6,8 +6,8 @@
 //! fixed length; they take 7 % (`benchmarks/record/speed.md`).
 
 use super::fourier::Complex32;
-use crate::numeric::instructions::Instructions;
-use pulp::{Simd, WithSimd};
+use crate::numeric::instructions::{Instructions, dispatch_eight};
+use pulp::Simd;
 use std::array::from_fn;
 use std::ops::{Add, Mul, Sub};
 
@@ -211,29 +211,7 @@ pub fn learn(
     rate: f32,
     (numerator, denominator): (&mut [Complex32], &mut [f32]),
 ) {
-    Instructions::default().dispatch_eight(FilterUpdate {
-        label,
-        spectra,
-        rate,
-        numerator,
-        denominator,
-    });
-}
-
-struct FilterUpdate<'a> {
-    label: &'a [Complex32],
-    spectra: &'a [Complex32],
-    rate: f32,
-    numerator: &'a mut [Complex32],
-    denominator: &'a mut [f32],
-}
-
-impl WithSimd for FilterUpdate<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let Self { label, spectra, rate, numerator, denominator } = self;
+    dispatch_eight!(Instructions::default(), |simd| {
         let channels = spectra.len() / label.len();
         let bins = numerator.chunks_exact_mut(channels).zip(spectra.chunks_exact(channels));
         for ((a, x), (b, label)) in bins.zip(denominator.iter_mut().zip(label)) {
@@ -243,7 +221,7 @@ impl WithSimd for FilterUpdate<'_> {
             add(simd, a, x, label * rate);
             *b = *b * (1.0 - rate) + rate * inner(simd, x, x).re;
         }
-    }
+    });
 }
 
 #[cfg(test)]
@@ -253,17 +231,15 @@ mod tests {
     use rand_distr::{Distribution, StandardNormal};
     use rand_pcg::Pcg64;
 
-    struct InnerAndSum<'a>(&'a [Complex32], &'a [Complex32]);
-
-    impl WithSimd for InnerAndSum<'_> {
-        type Output = (Complex32, Vec<Complex32>);
-
-        #[inline(always)]
-        fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
-            let mut sum = self.0.to_vec();
-            add(simd, &mut sum, self.1, Complex32::new(0.3, -0.7));
-            (inner(simd, self.0, self.1), sum)
-        }
+    #[inline(always)]
+    fn inner_and_sum<S: Simd>(
+        simd: S,
+        a: &[Complex32],
+        b: &[Complex32],
+    ) -> (Complex32, Vec<Complex32>) {
+        let mut sum = a.to_vec();
+        add(simd, &mut sum, b, Complex32::new(0.3, -0.7));
+        (inner(simd, a, b), sum)
     }
 
     #[test]
@@ -274,17 +250,18 @@ mod tests {
             let [a, b] = [(); 2].map(|()| {
                 (0..count).map(|_| Complex32::new(normal(), normal())).collect::<Vec<_>>()
             });
-            let (expected, out) = Scalar512b.vectorize(InnerAndSum(&a, &b));
+            let (expected, out) = inner_and_sum(Scalar512b, &a, &b);
             let twin: Complex32 = a.iter().zip(&b).map(|(a, b)| a.conj() * b).sum();
             assert!((expected - twin).norm() < 1e-4, "{count}: {expected} and {twin}");
             for (k, out) in out.iter().enumerate() {
                 let twin = a[k] + b[k] * Complex32::new(0.3, -0.7);
                 assert!((out - twin).norm() < 1e-5, "{count}: {out} and {twin}");
             }
-            let found = Scalar256b.vectorize(InnerAndSum(&a, &b));
+            let found = inner_and_sum(Scalar256b, &a, &b);
             assert_eq!(found, (expected, out.clone()), "{count}");
+            let (a, b) = (&a, &b);
             for (name, instructions) in Instructions::available() {
-                let found = instructions.dispatch_eight(InnerAndSum(&a, &b));
+                let found = dispatch_eight!(instructions, |simd| inner_and_sum(simd, a, b));
                 assert_eq!(found, (expected, out.clone()), "{name}: {count}");
             }
         }

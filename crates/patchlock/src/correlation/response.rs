@@ -6,8 +6,7 @@
 use super::batch::{BatchScratch, Mask};
 use super::fourier::{Complex32, Fourier, FourierScratch};
 use super::lanes::inner;
-use crate::numeric::instructions::Instructions;
-use pulp::{Simd, WithSimd};
+use crate::numeric::instructions::{Instructions, dispatch_eight};
 use std::f64::consts::TAU;
 
 /// The longest side of a plane.
@@ -43,28 +42,6 @@ pub struct Peak {
     pub value: f64,
 }
 
-/// The sum over the channels.
-struct Sum<'a> {
-    filter: &'a [Complex32],
-    sample: &'a [Complex32],
-    channels: usize,
-    spectrum: &'a mut Vec<Complex32>,
-}
-
-impl WithSimd for Sum<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let Self { filter, sample, channels, spectrum } = self;
-        let bins = filter.chunks_exact(channels).zip(sample.chunks_exact(channels));
-        spectrum.resize(bins.len(), Complex32::ZERO);
-        for (sum, (f, z)) in spectrum.iter_mut().zip(bins) {
-            *sum = inner(simd, f, z);
-        }
-    }
-}
-
 impl<'a> Response<'a> {
     /// The response of a filter to a sample: spectra bin by bin, channels side by side.
     pub fn new(
@@ -98,7 +75,14 @@ impl<'a> Response<'a> {
     ) -> Self {
         let (spectrum, cells, scratch) = buffers;
         let channels = filter.len() / fourier.bins();
-        Instructions::default().dispatch_eight(Sum { filter, sample, channels, spectrum });
+        spectrum.resize(fourier.bins(), Complex32::ZERO);
+        let sums = &mut *spectrum;
+        dispatch_eight!(Instructions::default(), |simd| {
+            let bins = filter.chunks_exact(channels).zip(sample.chunks_exact(channels));
+            for (sum, (f, z)) in sums.iter_mut().zip(bins) {
+                *sum = inner(simd, f, z);
+            }
+        });
         cells.resize(fourier.side() * fourier.side(), 0.0);
         fourier.inverse(spectrum, cells, scratch);
         Self { fourier, spectrum, cells }
@@ -172,47 +156,33 @@ impl<'a> Response<'a> {
     /// The series at a displacement, with its derivatives per cell.
     fn expand(&self, shift: [f64; 2]) -> Series {
         let (n, spectrum) = (self.fourier.side(), self.spectrum);
-        Instructions::default().dispatch_eight(SeriesExpansion { n, spectrum, shift })
-    }
-}
-
-/// The series that a spectrum is, at a displacement.
-struct SeriesExpansion<'a> {
-    n: usize,
-    spectrum: &'a [Complex32],
-    shift: [f64; 2],
-}
-
-impl WithSimd for SeriesExpansion<'_> {
-    type Output = Series;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> Series {
-        let Self { n, spectrum, shift } = self;
-        let step = TAU / n as f64;
-        let mut waves = [Wave::default(); MAX_SIDE];
-        for (ky, wave) in waves.iter_mut().enumerate().take(n) {
-            let (sin, cos) = (wrap(ky, n) * step * shift[1]).sin_cos();
-            // The highest frequency has no sign, so it adds to the value alone.
-            *wave =
-                Wave { sin, cos, frequency: if ky == n / 2 { 0.0 } else { wrap(ky, n) * step } };
-        }
-        let mut series = Series::default();
-        for (kx, column) in spectrum.chunks_exact(n).enumerate() {
-            // Columns inside stand for themselves and their mirror image.
-            let weight = if kx == 0 || kx == n / 2 { 1.0 } else { 2.0 } / (n * n) as f64;
-            let (sin, cos) = (kx as f64 * step * shift[0]).sin_cos();
-            let w = if kx == n / 2 { 0.0 } else { kx as f64 * step };
-            let [zeroth, first, second] = moments(column, &waves)
-                .map(|[re, im]| [weight * (re * cos - im * sin), weight * (re * sin + im * cos)]);
-            series.value += zeroth[0];
-            series.slope[0] -= w * zeroth[1];
-            series.slope[1] -= first[1];
-            series.curvature[0] -= w * w * zeroth[0];
-            series.curvature[1] -= w * first[0];
-            series.curvature[2] -= second[0];
-        }
-        series
+        dispatch_eight!(Instructions::default(), |_| {
+            let step = TAU / n as f64;
+            let mut waves = [Wave::default(); MAX_SIDE];
+            for (ky, wave) in waves.iter_mut().enumerate().take(n) {
+                let (sin, cos) = (wrap(ky, n) * step * shift[1]).sin_cos();
+                // The highest frequency has no sign, so it adds to the value alone.
+                let frequency = if ky == n / 2 { 0.0 } else { wrap(ky, n) * step };
+                *wave = Wave { frequency, sin, cos };
+            }
+            let mut series = Series::default();
+            for (kx, column) in spectrum.chunks_exact(n).enumerate() {
+                // Columns inside stand for themselves and their mirror image.
+                let weight = if kx == 0 || kx == n / 2 { 1.0 } else { 2.0 } / (n * n) as f64;
+                let (sin, cos) = (kx as f64 * step * shift[0]).sin_cos();
+                let w = if kx == n / 2 { 0.0 } else { kx as f64 * step };
+                let [zeroth, first, second] = moments(column, &waves).map(|[re, im]| {
+                    [weight * (re * cos - im * sin), weight * (re * sin + im * cos)]
+                });
+                series.value += zeroth[0];
+                series.slope[0] -= w * zeroth[1];
+                series.slope[1] -= first[1];
+                series.curvature[0] -= w * w * zeroth[0];
+                series.curvature[1] -= w * first[0];
+                series.curvature[2] -= second[0];
+            }
+            series
+        })
     }
 }
 

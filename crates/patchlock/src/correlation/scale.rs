@@ -13,11 +13,10 @@ use super::fhog::{self, CELL, FhogScratch, fhog};
 use super::fourier::Complex32;
 use super::lanes::{LANES, Octet, Vector, inner};
 use super::spectral_filter::SpectralFilter;
-use crate::numeric::instructions::Instructions;
+use crate::numeric::instructions::{Instructions, dispatch_eight};
 use crate::vision::crop::{CropScratch, Planes, Region};
 use crate::vision::frame::Frame;
 use patchlock_fft::Fft;
-use pulp::{Simd, WithSimd};
 use std::f64::consts::TAU;
 use std::fmt;
 use std::sync::Arc;
@@ -136,7 +135,7 @@ impl ScaleLearner {
     ) -> f64 {
         self.signals(frame, region, scratch);
         let scales = self.params.scales;
-        Instructions::default().dispatch_eight(ResponseSpectrum { learner: self, filter, scratch });
+        self.respond(filter, scratch);
         let ScaleScratch { work, response, .. } = scratch;
         // The inverse transform of v is the conjugate of the transform of its conjugate.
         self.fft.process_with_scratch(response, work);
@@ -179,41 +178,53 @@ impl ScaleLearner {
             features[length - length % fhog::CHANNELS..].fill(0.0);
             fhog(patch, fhog_scratch, features, fhog::CHANNELS);
         }
-        Instructions::default().dispatch_eight(Transform { learner: self, scratch });
+        self.transform(scratch);
     }
-}
 
-/// The spectra along scale, from their definition with scales taken in pairs.
-struct Transform<'a> {
-    learner: &'a ScaleLearner,
-    scratch: &'a mut ScaleScratch,
-}
-
-impl WithSimd for Transform<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let ScaleScratch { features, sums, differences, signals, .. } = self.scratch;
-        let ScaleLearner { window, cosines, sines, label, .. } = self.learner;
-        let (scales, bins) = (window.len(), label.len());
-        let length = features.len() / scales;
-        sums.resize(bins, Vector::ZERO);
-        differences.resize(bins, Vector::ZERO);
-        signals.resize(length * bins, Complex32::ZERO);
-        for first in (0..length).step_by(LANES) {
-            let at = |k: usize| Vector::load(&features[k * length + first..]) * window[k];
-            sums[0] = at(0);
-            for k in 1..bins {
-                let (one, other) = (at(k), at(scales - k));
-                (sums[k], differences[k]) = (one + other, one - other);
+    /// The spectra along scale, from their definition with scales taken in pairs.
+    fn transform(&self, scratch: &mut ScaleScratch) {
+        dispatch_eight!(Instructions::default(), |_| {
+            let ScaleScratch { features, sums, differences, signals, .. } = scratch;
+            let ScaleLearner { window, cosines, sines, label, .. } = self;
+            let (scales, bins) = (window.len(), label.len());
+            let length = features.len() / scales;
+            sums.resize(bins, Vector::ZERO);
+            differences.resize(bins, Vector::ZERO);
+            signals.resize(length * bins, Complex32::ZERO);
+            for first in (0..length).step_by(LANES) {
+                let at = |k: usize| Vector::load(&features[k * length + first..]) * window[k];
+                sums[0] = at(0);
+                for k in 1..bins {
+                    let (one, other) = (at(k), at(scales - k));
+                    (sums[k], differences[k]) = (one + other, one - other);
+                }
+                let waves = cosines.chunks_exact(bins).zip(sines.chunks_exact(bins));
+                for (bin, (cosines, sines)) in waves.enumerate() {
+                    let value =
+                        Octet { re: weighted(sums, cosines), im: weighted(differences, sines) };
+                    value.store(&mut signals[bin * length + first..]);
+                }
             }
-            let waves = cosines.chunks_exact(bins).zip(sines.chunks_exact(bins));
-            for (bin, (cosines, sines)) in waves.enumerate() {
-                let value = Octet { re: weighted(sums, cosines), im: weighted(differences, sines) };
-                value.store(&mut signals[bin * length + first..]);
+        });
+    }
+
+    /// The conjugate spectrum of the response.
+    fn respond(&self, filter: &SpectralFilter, scratch: &mut ScaleScratch) {
+        dispatch_eight!(Instructions::default(), |simd| {
+            let ScaleLearner { params, label, fft, .. } = self;
+            let SpectralFilter { numerator, denominator } = filter;
+            let ScaleScratch { signals, work, response, .. } = scratch;
+            let (scales, length) = (params.scales, signals.len() / label.len());
+            work.resize(fft.get_inplace_scratch_len(), Complex32::ZERO);
+            response.resize(scales, Complex32::ZERO);
+            let bins = numerator.chunks_exact(length).zip(signals.chunks_exact(length));
+            for (k, ((a, x), b)) in bins.zip(denominator).enumerate() {
+                let value = inner(simd, a, x) / (b + LAMBDA);
+                // The signals are real, so the other half mirrors this one.
+                response[k] = value.conj();
+                response[(scales - k) % scales] = if k == 0 { value.conj() } else { value };
             }
-        }
+        });
     }
 }
 
@@ -225,34 +236,6 @@ fn weighted(values: &[Vector], weights: &[f32]) -> Vector {
         sum = sum + value * weight;
     }
     sum
-}
-
-/// The conjugate spectrum of the response.
-struct ResponseSpectrum<'a> {
-    learner: &'a ScaleLearner,
-    filter: &'a SpectralFilter,
-    scratch: &'a mut ScaleScratch,
-}
-
-impl WithSimd for ResponseSpectrum<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let ScaleLearner { params, label, fft, .. } = self.learner;
-        let SpectralFilter { numerator, denominator } = self.filter;
-        let ScaleScratch { signals, work, response, .. } = self.scratch;
-        let (scales, length) = (params.scales, signals.len() / label.len());
-        work.resize(fft.get_inplace_scratch_len(), Complex32::ZERO);
-        response.resize(scales, Complex32::ZERO);
-        let bins = numerator.chunks_exact(length).zip(signals.chunks_exact(length));
-        for (k, ((a, x), b)) in bins.zip(denominator).enumerate() {
-            let value = inner(simd, a, x) / (b + LAMBDA);
-            // The signals are real, so the other half mirrors this one.
-            response[k] = value.conj();
-            response[(scales - k) % scales] = if k == 0 { value.conj() } else { value };
-        }
-    }
 }
 
 /// The exponent of a scale: 0 in the middle.
@@ -276,7 +259,7 @@ mod tests {
             let (length, mut scratch) = (2 * LANES, ScaleScratch::default());
             let noise = |k: usize| ((k * 7919 + k * k * 31) % 1009) as f32 / 1009.0;
             scratch.features = (0..scales * length).map(noise).collect();
-            Transform { learner: &learner, scratch: &mut scratch }.with_simd(pulp::Scalar::new());
+            learner.transform(&mut scratch);
             for feature in 0..length {
                 let mut whole: Vec<Complex32> = (0..scales)
                     .map(|k| scratch.features[k * length + feature] * learner.window[k])

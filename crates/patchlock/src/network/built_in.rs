@@ -7,7 +7,7 @@
 
 use super::cost::Cost;
 use super::depthwise::{DepthwiseConvolution, DepthwiseScratch};
-use super::graph::CheckedGraph;
+use super::graph::{CheckedGraph, with_operators};
 use super::onnx::{FLOAT, INT64, Node, ValueInfo};
 use crate::network_error::{NetworkError, graph as damaged};
 use crate::numeric::parallel::current_num_threads;
@@ -240,38 +240,13 @@ fn process() -> u32 {
     if cfg!(target_family = "wasm") { 0 } else { std::process::id() }
 }
 
+macro_rules! registry {
+    ($($early:ident)*; $($late:ident)*) => { rten::op_registry!($($early,)* $($late),*) };
+}
+
 /// Loads a file with the operators that trackers use.
 fn load(file: Vec<u8>, optimize: bool) -> Result<Model, NetworkError> {
-    let operators = rten::op_registry!(
-        Add,
-        Cast,
-        Clip,
-        Concat,
-        Conv,
-        Div,
-        Erf,
-        Exp,
-        Gemm,
-        GlobalAveragePool,
-        HardSigmoid,
-        HardSwish,
-        MatMul,
-        Mul,
-        Pow,
-        ReduceMean,
-        Relu,
-        Reshape,
-        Shape,
-        Sigmoid,
-        Slice,
-        Softmax,
-        Split,
-        Sqrt,
-        Squeeze,
-        Sub,
-        Transpose,
-        Unsqueeze
-    );
+    let operators = with_operators!(registry);
     // To optimise, `rten` waits for threads of its own, which a forked process does not have.
     static FIRST: OnceLock<u32> = OnceLock::new();
     let optimize = optimize && *FIRST.get_or_init(process) == process();

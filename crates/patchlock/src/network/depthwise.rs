@@ -7,9 +7,9 @@
 //! instructions and on any number of threads.
 
 use super::onnx::{FLOAT, Node, Tensor};
-use crate::numeric::instructions::Instructions;
+use crate::numeric::instructions::{Instructions, dispatch};
 use crate::numeric::parallel::*;
-use pulp::{Simd, WithSimd, bytemuck};
+use pulp::{Simd, bytemuck};
 
 /// Results of a row are computed in groups of at most `LANES`, in `ROWS` rows at once.
 const LANES: usize = 16;
@@ -95,8 +95,8 @@ impl DepthwiseConvolution {
     ) {
         let layout = self.layout();
         let (plane, cells) = (self.image[0] * self.image[1], self.result[0] * self.result[1]);
-        let kernel = self.kernel[0] * self.kernel[1];
-        if [image.len(), weights.len()] != [plane, kernel].map(|length| self.channels * length) {
+        let length = self.kernel[0] * self.kernel[1];
+        if [image.len(), weights.len()] != [plane, length].map(|each| self.channels * each) {
             return;
         }
         result.resize(self.channels * cells, 0.0);
@@ -108,10 +108,34 @@ impl DepthwiseConvolution {
             |(group, (result, padded))| {
                 let planes = image.chunks_exact(plane).enumerate().skip(group * each);
                 padded.fill(0.0);
-                let op = Channels { convolution: self, layout, planes, weights, padded, result };
-                Instructions::default().dispatch(op);
+                dispatch!(Instructions::default(), |simd| {
+                    for ((channel, plane), result) in planes.zip(result.chunks_exact_mut(cells)) {
+                        pad(self, layout, plane, padded);
+                        let weights = &weights[channel * length..][..length];
+                        let kernel = (weights, self.bias[channel]);
+                        self.convolve_channel(simd, layout, kernel, padded, result);
+                    }
+                });
             },
         );
+    }
+
+    /// Convolves one channel.
+    #[inline(always)]
+    fn convolve_channel<S: Simd>(
+        &self,
+        simd: S,
+        layout: Layout,
+        kernel: (&[f32], f32),
+        padded: &[f32],
+        result: &mut [f32],
+    ) {
+        match self.kernel {
+            [3, 3] => convolve::<S, 3>(simd, (self, layout), kernel, padded, result),
+            [4, 4] => convolve::<S, 4>(simd, (self, layout), kernel, padded, result),
+            [5, 5] => convolve::<S, 5>(simd, (self, layout), kernel, padded, result),
+            _ => convolve::<S, 0>(simd, (self, layout), kernel, padded, result),
+        }
     }
 
     fn layout(&self) -> Layout {
@@ -123,47 +147,6 @@ impl DepthwiseConvolution {
         let needed = (rows.next_multiple_of(ROWS) - 1) * self.stride + self.kernel[0];
         let rows = needed.max(self.image[0] + self.before[0]);
         Layout { part, row: part * self.stride, rows }
-    }
-}
-
-/// Neighbouring channels, compiled for the instructions in use.
-struct Channels<'a, P> {
-    convolution: &'a DepthwiseConvolution,
-    layout: Layout,
-    /// The planes with their numbers.
-    planes: P,
-    /// The weights of all channels.
-    weights: &'a [f32],
-    /// Zero but for what earlier channels left where this one will be.
-    padded: &'a mut [f32],
-    result: &'a mut [f32],
-}
-
-impl<'a, P: Iterator<Item = (usize, &'a [f32])>> WithSimd for Channels<'_, P> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let Self { convolution, layout, planes, weights, padded, result } = self;
-        let kernel = convolution.kernel[0] * convolution.kernel[1];
-        let cells = convolution.result[0] * convolution.result[1];
-        for ((channel, plane), result) in planes.zip(result.chunks_exact_mut(cells)) {
-            pad(convolution, layout, plane, padded);
-            let weights = &weights[channel * kernel..][..kernel];
-            let bias = convolution.bias[channel];
-            match convolution.kernel {
-                [3, 3] => {
-                    convolve::<S, 3>(simd, (convolution, layout), (weights, bias), padded, result)
-                }
-                [4, 4] => {
-                    convolve::<S, 4>(simd, (convolution, layout), (weights, bias), padded, result)
-                }
-                [5, 5] => {
-                    convolve::<S, 5>(simd, (convolution, layout), (weights, bias), padded, result)
-                }
-                _ => convolve::<S, 0>(simd, (convolution, layout), (weights, bias), padded, result),
-            }
-        }
     }
 }
 

@@ -21,38 +21,27 @@ const MAX_NAME: usize = 256;
 /// The range of versions of the operators' definitions.
 const OPSETS: std::ops::RangeInclusive<i64> = 9..=21;
 
-/// The operators of the known trackers.
-pub const OPERATORS: &[&str] = &[
-    "Add",
-    "Cast",
-    "Clip",
-    "Concat",
-    "Constant",
-    "Conv",
-    "Div",
-    "Erf",
-    "Exp",
-    "Gemm",
-    "GlobalAveragePool",
-    "HardSigmoid",
-    "HardSwish",
-    "MatMul",
-    "Mul",
-    "Pow",
-    "ReduceMean",
-    "Relu",
-    "Reshape",
-    "Shape",
-    "Sigmoid",
-    "Slice",
-    "Softmax",
-    "Split",
-    "Sqrt",
-    "Squeeze",
-    "Sub",
-    "Transpose",
-    "Unsqueeze",
-];
+/// Calls a macro with the operators of the known trackers, in the order of the alphabet. `Constant`,
+/// whose tensors are taken out of the graph, belongs where the semicolon is.
+macro_rules! with_operators {
+    ($each:ident) => {
+        $each!(
+            Add Cast Clip Concat; Conv Div Erf Exp Gemm GlobalAveragePool HardSigmoid HardSwish
+            MatMul Mul Pow ReduceMean Relu Reshape Shape Sigmoid Slice Softmax Split Sqrt Squeeze
+            Sub Transpose Unsqueeze
+        )
+    };
+}
+pub(super) use with_operators;
+
+macro_rules! names {
+    ($($early:ident)*; $($late:ident)*) => {
+        &[$(stringify!($early),)* "Constant", $(stringify!($late)),*]
+    };
+}
+
+/// The names of the operators that a file may have.
+const OPERATORS: &[&str] = with_operators!(names);
 
 /// A graph whose nodes stand in an order in which they can be computed.
 #[derive(Debug, Clone)]

@@ -5,9 +5,9 @@
 
 use crate::network::FeatureMap;
 use crate::numeric::dot_wide;
-use crate::numeric::instructions::Instructions;
+use crate::numeric::instructions::{Instructions, dispatch_eight};
 use crate::numeric::numbers::Numbers;
-use pulp::{Simd, WithSimd};
+use pulp::Simd;
 
 /// The features of a cell are those of the network, divided by their length, their means over squares of
 /// cells with these sides, and a constant.
@@ -113,7 +113,7 @@ impl Classifier {
         let trace: f64 = (0..count).map(|k| factor[row(k).end - 1]).sum();
         let ridge = RIDGE * trace / count as f64;
         (0..count).for_each(|k| factor[row(k).end - 1] += ridge);
-        Instructions::default().dispatch_eight(Solve { matrix: factor, vector: weights });
+        dispatch_eight!(Instructions::default(), |simd| solve(simd, factor, weights));
     }
 
     /// The classifier as a snapshot holds it.
@@ -184,8 +184,18 @@ impl ClassifierScratch {
         let Self { side, features, label: labels, weights, moments, row, .. } = self;
         label.fill(*side, labels, weights);
         moments.clear();
-        let products = Products { features, label: labels, weights, row, moments };
-        Instructions::default().dispatch_eight(products);
+        dispatch_eight!(Instructions::default(), |simd| {
+            let count = features.len() / weights.len();
+            for k in 0..=count {
+                let one = features.chunks_exact(weights.len()).nth(k).unwrap_or(labels);
+                row.clear();
+                row.extend(one.iter().zip(&*weights).map(|(value, weight)| value * weight));
+                // Not by a closure, which would not be compiled for these instructions.
+                for other in features.chunks_exact(weights.len()).take(k + 1) {
+                    moments.push(dot_wide(simd, row, other));
+                }
+            }
+        });
     }
 }
 
@@ -218,63 +228,25 @@ fn features_of(moments: usize) -> usize {
     (0..).take_while(|&count| row(count).start + count <= moments).count() - 1
 }
 
-/// The moments of a window.
-struct Products<'a> {
-    features: &'a [f64],
-    label: &'a [f64],
-    weights: &'a [f64],
-    row: &'a mut Vec<f64>,
-    moments: &'a mut Vec<f64>,
-}
-
-impl WithSimd for Products<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let Self { features, label, weights, row, moments } = self;
-        let count = features.len() / weights.len();
-        for k in 0..=count {
-            let one = features.chunks_exact(weights.len()).nth(k).unwrap_or(label);
-            row.clear();
-            row.extend(one.iter().zip(weights).map(|(value, weight)| value * weight));
-            // Not by a closure, which would not be compiled for these instructions.
-            for other in features.chunks_exact(weights.len()).take(k + 1) {
-                moments.push(dot_wide(simd, row, other));
-            }
-        }
-    }
-}
-
 /// Solves a system of linear equations with a symmetric positive definite matrix, of which the lower
 /// triangle is given: the method of Cholesky. The triangle becomes its factor, the vector the solution.
-struct Solve<'a> {
-    matrix: &'a mut [f64],
-    vector: &'a mut [f64],
-}
-
-impl WithSimd for Solve<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let Self { matrix, vector } = self;
-        for k in 0..vector.len() {
-            let (above, below) = matrix.split_at_mut(row(k).start);
-            let own = &mut below[..=k];
-            for j in 0..k {
-                let other = &above[row(j)];
-                own[j] = (own[j] - dot_wide(simd, &own[..j], &other[..j])) / other[j];
-            }
-            own[k] = (own[k] - dot_wide(simd, &own[..k], &own[..k])).sqrt();
-            vector[k] = (vector[k] - dot_wide(simd, &own[..k], &vector[..k])) / own[k];
+#[inline(always)]
+fn solve<S: Simd>(simd: S, matrix: &mut [f64], vector: &mut [f64]) {
+    for k in 0..vector.len() {
+        let (above, below) = matrix.split_at_mut(row(k).start);
+        let own = &mut below[..=k];
+        for j in 0..k {
+            let other = &above[row(j)];
+            own[j] = (own[j] - dot_wide(simd, &own[..j], &other[..j])) / other[j];
         }
-        for k in (0..vector.len()).rev() {
-            let own = &matrix[row(k)];
-            let (before, at) = vector.split_at_mut(k);
-            at[0] /= own[k];
-            before.iter_mut().zip(own).for_each(|(value, factor)| *value -= at[0] * factor);
-        }
+        own[k] = (own[k] - dot_wide(simd, &own[..k], &own[..k])).sqrt();
+        vector[k] = (vector[k] - dot_wide(simd, &own[..k], &vector[..k])) / own[k];
+    }
+    for k in (0..vector.len()).rev() {
+        let own = &matrix[row(k)];
+        let (before, at) = vector.split_at_mut(k);
+        at[0] /= own[k];
+        before.iter_mut().zip(own).for_each(|(value, factor)| *value -= at[0] * factor);
     }
 }
 

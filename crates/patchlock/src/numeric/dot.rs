@@ -76,21 +76,8 @@ pub fn dots_wide<S: Simd, const N: usize>(simd: S, a: &[f64], others: [&[f64]; N
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numeric::instructions::Instructions;
+    use crate::numeric::instructions::{Instructions, dispatch};
     use proptest::prelude::*;
-    use pulp::WithSimd;
-
-    struct WideDots<'a>(&'a [f64], &'a [f64]);
-
-    impl WithSimd for WideDots<'_> {
-        type Output = [f64; 3];
-
-        #[inline(always)]
-        fn with_simd<S: Simd>(self, simd: S) -> [f64; 3] {
-            let [first, second] = dots_wide(simd, self.0, [self.1, self.0]);
-            [first, second, dot_wide(simd, self.0, self.1)]
-        }
-    }
 
     proptest! {
         #[test]
@@ -102,8 +89,12 @@ mod tests {
             prop_assert!((dot(&a, &b) - plain).abs() < 1e-13);
             let wide = pairs.iter().map(|&(a, b)| (f64::from(a), f64::from(b)));
             let (wide_a, wide_b): (Vec<f64>, Vec<f64>) = wide.unzip();
+            let (wide_a, wide_b) = (&wide_a[..], &wide_b[..]);
             for (name, instructions) in Instructions::available() {
-                let wide = instructions.dispatch(WideDots(&wide_a, &wide_b));
+                let wide = dispatch!(instructions, |simd| {
+                    let [first, second] = dots_wide(simd, wide_a, [wide_b, wide_a]);
+                    [first, second, dot_wide(simd, wide_a, wide_b)]
+                });
                 prop_assert!(wide[0].to_bits() == dot(&a, &b).to_bits(), "{name}");
                 prop_assert!(wide[1].to_bits() == dot(&a, &a).to_bits(), "{name}");
                 prop_assert!(wide[2].to_bits() == wide[0].to_bits(), "{name}");

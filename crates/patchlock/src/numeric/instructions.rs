@@ -10,9 +10,9 @@
 //! knows; so with the method `network` boxes can differ between processors.
 //!
 //! Code becomes vector instructions in two ways. Most of it is plain loops over arrays of a fixed
-//! length, which [`Instructions::dispatch`] compiles for each set. Where a sum must have one order,
-//! or vectors must stay in registers, it uses pulp's vectors: the sums over channels, `dot_wide`,
-//! the Gram matrix and the solver. The head of each module says what that saves, measured in
+//! length, which `dispatch!` compiles for each set. Where a sum must have one order, or vectors must
+//! stay in registers, it uses pulp's vectors: the sums over channels, `dot_wide`, the Gram matrix
+//! and the solver. The head of each module says what that saves, measured in
 //! `benchmarks/record/speed.md`.
 
 use crate::error::Error;
@@ -22,7 +22,7 @@ use pulp::aarch64::Neon;
 use pulp::wasm::Simd128;
 #[cfg(target_arch = "x86_64")]
 use pulp::x86::{V3, V4};
-use pulp::{Scalar256b, Simd, WithSimd};
+use pulp::{Scalar256b, Simd};
 use std::any::TypeId;
 use std::env::VarError;
 use std::sync::OnceLock;
@@ -101,39 +101,56 @@ impl Instructions {
             allowed: available.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", "),
         })
     }
+}
 
-    /// Runs `op` compiled for these instructions, but for AVX2 instead of AVX-512: for what gains
-    /// nothing by wider vectors, so that it is not compiled for them.
-    #[inline]
-    pub fn dispatch_eight<Op: WithSimd>(self, op: Op) -> Op::Output {
-        match self {
-            Self::Plain => Simd::vectorize(Scalar256b, op),
-            #[cfg(target_arch = "x86_64")]
-            Self::Avx2(simd) => Simd::vectorize(simd, op),
-            #[cfg(target_arch = "x86_64")]
-            Self::Avx512(simd) => Simd::vectorize(*simd, op),
-            #[cfg(target_arch = "aarch64")]
-            Self::Neon(simd) => Simd::vectorize(simd, op),
-            #[cfg(target_arch = "wasm32")]
-            Self::Simd128(simd) => Simd::vectorize(simd, op),
-        }
-    }
+/// Evaluates an expression compiled for these instructions, with their vectors as `simd`. It takes
+/// what it uses by value: behind references, numbers would not stay in registers.
+macro_rules! dispatch {
+    ($instructions:expr, |$simd:pat_param| $body:expr) => {
+        $crate::numeric::instructions::vectorised!($instructions, |$simd| $body, [])
+    };
+}
 
-    /// Runs `op` compiled for these instructions.
-    #[inline]
-    pub fn dispatch<Op: WithSimd>(self, op: Op) -> Op::Output {
-        match self {
-            Self::Plain => Simd::vectorize(Scalar256b, op),
+/// The same, but for AVX2 instead of AVX-512: for what gains nothing by wider vectors, so that it
+/// is not compiled for them.
+macro_rules! dispatch_eight {
+    ($instructions:expr, |$simd:pat_param| $body:expr) => {
+        $crate::numeric::instructions::vectorised!($instructions, |$simd| $body, [*])
+    };
+}
+
+/// Both of them: with `*`, AVX-512 becomes the AVX2 that it includes.
+macro_rules! vectorised {
+    ($instructions:expr, |$simd:pat_param| $body:expr, [$($narrower:tt)?]) => {{
+        use $crate::numeric::instructions::{Instructions as Set, vectorise, vectorised};
+        match $instructions {
+            Set::Plain => vectorised!(pulp::Scalar256b, $simd, $body),
             #[cfg(target_arch = "x86_64")]
-            Self::Avx2(simd) => Simd::vectorize(simd, op),
+            Set::Avx2(simd) => vectorised!(simd, $simd, $body),
             #[cfg(target_arch = "x86_64")]
-            Self::Avx512(simd) => Simd::vectorize(simd, op),
+            Set::Avx512(simd) => vectorised!($($narrower)? simd, $simd, $body),
             #[cfg(target_arch = "aarch64")]
-            Self::Neon(simd) => Simd::vectorize(simd, op),
+            Set::Neon(simd) => vectorised!(simd, $simd, $body),
             #[cfg(target_arch = "wasm32")]
-            Self::Simd128(simd) => Simd::vectorize(simd, op),
+            Set::Simd128(simd) => vectorised!(simd, $simd, $body),
         }
-    }
+    }};
+    ($vectors:expr, $simd:pat_param, $body:expr) => {
+        vectorise($vectors, #[inline(always)] move || {
+            let $simd = $vectors;
+            $body
+        })
+    };
+}
+
+pub(crate) use {dispatch, dispatch_eight, vectorised};
+
+/// Runs a closure compiled for these instructions. Only code that is always inlined is, so the
+/// closure must be `#[inline(always)]`; and that it is taken as one that runs once spares a call in
+/// between, which would not be inlined.
+#[inline(always)]
+pub fn vectorise<S: Simd, R>(simd: S, run: impl FnOnce() -> R) -> R {
+    simd.vectorize(run)
 }
 
 /// Whether these are the plain instructions, which have no fused multiplication and addition: each

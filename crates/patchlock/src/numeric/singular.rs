@@ -8,8 +8,8 @@
 //! With AVX2 it takes 49 % of the plain instructions (`benchmarks/record/speed.md`).
 
 use crate::numeric::dot_wide;
-use crate::numeric::instructions::Instructions;
-use pulp::{Simd, WithSimd};
+use crate::numeric::instructions::{Instructions, dispatch_eight};
+use pulp::Simd;
 
 /// About ten suffice in practice.
 const MAX_SWEEPS: usize = 60;
@@ -17,20 +17,11 @@ const MAX_SWEEPS: usize = 60;
 /// Rotates the columns, stored one after the other with `dim` samples each, until all pairs are
 /// orthogonal.
 pub fn orthogonalise(columns: &mut [f64], dim: usize) {
-    Instructions::default().dispatch_eight(Orthogonalisation { columns, dim });
+    orthogonalise_with(Instructions::default(), columns, dim);
 }
 
-struct Orthogonalisation<'a> {
-    columns: &'a mut [f64],
-    dim: usize,
-}
-
-impl WithSimd for Orthogonalisation<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let Self { columns, dim } = self;
+fn orthogonalise_with(instructions: Instructions, columns: &mut [f64], dim: usize) {
+    dispatch_eight!(instructions, |simd| {
         for _ in 0..MAX_SWEEPS {
             let (mut rotated, mut rest) = (false, &mut *columns);
             while let Some((first, others)) = rest.split_at_mut_checked(dim) {
@@ -43,7 +34,7 @@ impl WithSimd for Orthogonalisation<'_> {
                 return;
             }
         }
-    }
+    });
 }
 
 /// Makes two columns orthogonal by a rotation; returns whether one was needed.
@@ -127,7 +118,7 @@ mod tests {
         let samples: Vec<f64> = (0..70 * 9).map(|k| f64::from(k * 7919 % 251) / 251.0).collect();
         let rotated = |instructions: Instructions| {
             let mut columns = samples.clone();
-            instructions.dispatch_eight(Orthogonalisation { columns: &mut columns, dim: 70 });
+            orthogonalise_with(instructions, &mut columns, 70);
             columns
         };
         let plain = rotated(Instructions::Plain);

@@ -7,13 +7,12 @@
 use super::likelihood::Feature;
 use super::pooling::own_share;
 use super::weights::{masked_error, position_weights};
-use crate::numeric::instructions::Instructions;
+use crate::numeric::instructions::{Instructions, dispatch};
 use crate::numeric::parallel::*;
 use crate::patch_model::sparse::codes::{Code, CodeParams};
 use crate::patch_model::sparse::dictionary::{Dictionary, DictionaryScratch};
 use crate::patch_model::sparse::somp::batched;
 use crate::vision::patches::PatchGrid;
-use pulp::{Simd, WithSimd};
 
 /// Grid, dictionary and buffer of a scale.
 #[derive(Debug, Clone)]
@@ -39,9 +38,9 @@ pub struct ScaleParams {
     pub beta: f64,
     /// Whether position weights are used.
     pub position_weights: bool,
-    /// Whether what follows from dictionary and buffer is kept. That is several times as much memory,
-    /// and worth it where many candidates are coded between two learning steps. The codes are the
-    /// same.
+    /// Whether what follows from dictionary and buffer is kept, as [`Scale::code_block`] needs it. That
+    /// is several times as much memory, and worth it where many candidates are coded between two
+    /// learning steps. The codes are the same.
     pub keeps_products: bool,
 }
 
@@ -150,8 +149,9 @@ impl Scale {
         &self.positions
     }
 
-    /// Codes the patches of some templates, at most a block of them, at one location. Blocks are
-    /// independent, so the results are the same on any number of threads.
+    /// Codes the patches of some templates, at most a block of them, at one location, with the
+    /// products that were kept. Blocks are independent, so the results are the same on any number of
+    /// threads.
     pub fn code_block<'a>(
         &self,
         location: usize,
@@ -165,20 +165,10 @@ impl Scale {
         codes.resize(templates.len(), Code::default());
         self.grid.cut_each(templates, location, patches);
         let (dictionary, params) = (&self.dictionary, &self.params.codes);
-        match self.locations.get(location) {
-            Some(at) => batched::solve(dictionary, at, patches, params, solver, codes),
-            None => {
-                let length = self.shared.len() / self.grid.locations();
-                let shared = &self.shared[location * length..][..length];
-                let at = batched::Location::new(dictionary, (location, shared), params);
-                batched::solve(dictionary, &at, patches, params, solver, codes);
-            }
-        }
-        Instructions::default().dispatch(Score { scale: self, location, patches, codes, out });
+        batched::solve(dictionary, &self.locations[location], patches, params, solver, codes);
+        self.score(location, patches, codes, out);
     }
-}
 
-impl Scale {
     /// Codes the patches of one template at all locations, and calls `each` with the code and the
     /// feature of one after the other: what [`Self::code_block`] gives for a block of one.
     pub fn code_everywhere(
@@ -198,35 +188,23 @@ impl Scale {
         batched::solve_each(dictionary, &self.shared, patches, params, solver, codes);
         for (location, (patch, code)) in patches.chunks_exact(dim).zip(&*codes).enumerate() {
             let (codes, mut scores) = (std::slice::from_ref(code), [Default::default()]);
-            let score = Score { scale: self, location, patches: patch, codes, out: &mut scores };
-            Instructions::default().dispatch(score);
+            self.score(location, patch, codes, &mut scores);
             let [(code, feature)] = scores;
             each(code, feature);
         }
     }
-}
 
-/// Computes features from codes, compiled for the instructions in use.
-struct Score<'a> {
-    scale: &'a Scale,
-    location: usize,
-    patches: &'a [f32],
-    codes: &'a [Code],
-    out: &'a mut [(Code, Feature)],
-}
-
-impl WithSimd for Score<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let Self { scale: Scale { dictionary, .. }, location, patches, codes, out } = self;
-        let coded = codes.iter().zip(patches.chunks_exact(dictionary.dim()));
-        for (out, (&code, patch)) in out.iter_mut().zip(coded) {
-            let share = own_share(&code, location, dictionary.locations());
-            let error = masked_error(dictionary, patch, &code, location);
-            *out = (code, Feature { share, error });
-        }
+    /// Computes features from codes.
+    fn score(&self, location: usize, patches: &[f32], codes: &[Code], out: &mut [(Code, Feature)]) {
+        let dictionary = &self.dictionary;
+        dispatch!(Instructions::default(), |_| {
+            let coded = codes.iter().zip(patches.chunks_exact(dictionary.dim()));
+            for (out, (&code, patch)) in out.iter_mut().zip(coded) {
+                let share = own_share(&code, location, dictionary.locations());
+                let error = masked_error(dictionary, patch, &code, location);
+                *out = (code, Feature { share, error });
+            }
+        });
     }
 }
 
@@ -291,12 +269,10 @@ mod tests {
             scale.code_everywhere(&candidate, &mut scratch, each);
             assert_eq!(everywhere.len(), 9);
             for (location, one) in everywhere.iter().enumerate() {
-                for scale in [&kept, &not] {
-                    let mut out = [Default::default()];
-                    let candidates = std::iter::once(&*candidate);
-                    scale.code_block(location, candidates, &mut scratch, &mut out);
-                    assert_eq!(out[0], *one, "location {location}");
-                }
+                let mut out = [Default::default()];
+                let candidates = std::iter::once(&*candidate);
+                kept.code_block(location, candidates, &mut scratch, &mut out);
+                assert_eq!(out[0], *one, "location {location}");
             }
         }
     }

@@ -9,8 +9,7 @@
 
 use super::frame::{Frame, RowTaps};
 use super::geometry::Point;
-use crate::numeric::instructions::Instructions;
-use pulp::{Simd, WithSimd};
+use crate::numeric::instructions::{Instructions, dispatch_eight};
 
 /// The maximum number of source pixels, along each axis, that a pixel of the result is averaged
 /// from.
@@ -222,41 +221,26 @@ impl Crop {
         out: &mut Planes,
     ) {
         out.reshape(self.size, channels);
-        Instructions::default().dispatch_eight(Resampling { crop: self, frame, scratch, out });
-    }
-}
-
-/// The resampling, compiled for the instructions in use.
-struct Resampling<'a> {
-    crop: &'a Crop,
-    frame: &'a Frame<'a>,
-    scratch: &'a mut CropScratch,
-    out: &'a mut Planes,
-}
-
-impl WithSimd for Resampling<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let Self { crop, frame, scratch, out } = self;
-        scratch.columns.fill(frame.width(), crop.centre[0], crop.scale[0], crop.size[0]);
-        scratch.rows.fill(frame.height(), crop.centre[1], crop.scale[1], crop.size[1]);
-        for j in 0..out.height {
-            average_rows(frame, j, out.channels, scratch);
-            let CropScratch { columns, row, pixels, .. } = &mut *scratch;
-            match out.channels {
-                1 => average_columns::<1, 1>(columns, row, pixels),
-                _ => average_columns::<3, 4>(columns, row, pixels),
-            }
-            for channel in 0..out.channels {
-                let plane = &mut out.samples[(channel * out.height + j) * out.width..][..out.width];
+        dispatch_eight!(Instructions::default(), |_| {
+            scratch.columns.fill(frame.width(), self.centre[0], self.scale[0], self.size[0]);
+            scratch.rows.fill(frame.height(), self.centre[1], self.scale[1], self.size[1]);
+            for j in 0..out.height {
+                average_rows(frame, j, out.channels, scratch);
+                let CropScratch { columns, row, pixels, .. } = &mut *scratch;
                 match out.channels {
-                    1 => plane.copy_from_slice(pixels),
-                    _ => part::<4>(pixels, frame.place_of(channel), plane),
+                    1 => average_columns::<1, 1>(columns, row, pixels),
+                    _ => average_columns::<3, 4>(columns, row, pixels),
+                }
+                for channel in 0..out.channels {
+                    let first = (channel * out.height + j) * out.width;
+                    let plane = &mut out.samples[first..][..out.width];
+                    match out.channels {
+                        1 => plane.copy_from_slice(pixels),
+                        _ => part::<4>(pixels, frame.place_of(channel), plane),
+                    }
                 }
             }
-        }
+        });
     }
 }
 

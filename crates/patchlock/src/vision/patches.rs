@@ -5,8 +5,8 @@
 //! 41 % with AVX-512; patches of 16 x 16 are cut in 72 % and 55 %, those of 8 x 8 in 101 % and 81 %
 //! (`benchmarks/record/speed.md`).
 
-use crate::numeric::{dot, instructions::Instructions};
-use pulp::{Simd, WithSimd};
+use crate::numeric::dot;
+use crate::numeric::instructions::{Instructions, dispatch};
 
 /// The grid of patches in a square template: `per_side * per_side` squares of side `patch`, `step`
 /// samples apart. Location `i` is row `i / per_side`, column `i % per_side`. A patch is a row-major
@@ -70,7 +70,18 @@ impl PatchGrid {
         location: usize,
         out: &mut [f32],
     ) {
-        Instructions::default().dispatch(PatchCutter { grid: self, templates, location, out });
+        dispatch!(Instructions::default(), |_| {
+            // Copying all patches first lets their loads from memory overlap.
+            for (template, patch) in templates.zip(out.chunks_exact_mut(self.dim())) {
+                self.copy_patch(template, location, patch);
+            }
+            for patch in out.chunks_exact_mut(self.dim()) {
+                if self.subtract_mean {
+                    subtract_mean(patch);
+                }
+                normalise_inline(patch);
+            }
+        });
     }
 
     #[inline(always)]
@@ -114,48 +125,10 @@ impl PatchGrid {
     }
 }
 
-/// Cuts patches of one location, compiled for the instructions in use.
-struct PatchCutter<'a, T> {
-    grid: &'a PatchGrid,
-    templates: T,
-    location: usize,
-    out: &'a mut [f32],
-}
-
-impl<'a, T: Iterator<Item = &'a [f32]>> WithSimd for PatchCutter<'_, T> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let Self { grid, templates, location, out } = self;
-        // Copying all patches first lets their loads from memory overlap.
-        for (template, patch) in templates.zip(out.chunks_exact_mut(grid.dim())) {
-            grid.copy_patch(template, location, patch);
-        }
-        for patch in out.chunks_exact_mut(grid.dim()) {
-            if grid.subtract_mean {
-                subtract_mean(patch);
-            }
-            normalise_inline(patch);
-        }
-    }
-}
-
 /// Divides a vector by its L2 norm. A vector of zeros, or one whose norm is not finite, becomes
 /// zero.
 pub fn normalise(vector: &mut [f32]) {
-    Instructions::default().dispatch(Normalisation(vector));
-}
-
-struct Normalisation<'a>(&'a mut [f32]);
-
-impl WithSimd for Normalisation<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        normalise_inline(self.0);
-    }
+    dispatch!(Instructions::default(), |_| normalise_inline(vector));
 }
 
 #[inline(always)]

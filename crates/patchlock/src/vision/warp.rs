@@ -8,9 +8,8 @@
 //! Plain loops over sixteen samples. With AVX2 they take 75 % of the plain instructions and 83 % of
 //! the time (`benchmarks/record/speed.md`).
 
-use crate::numeric::instructions::Instructions;
+use crate::numeric::instructions::{Instructions, dispatch_eight};
 use crate::vision::frame::GreyImage;
-use pulp::{Simd, WithSimd};
 
 /// An affine map from grid coordinates to pixels: two rows of three.
 pub type Affine = [[f64; 3]; 2];
@@ -21,23 +20,17 @@ const LANES: usize = 16;
 /// Warps the grid of side `side` into `out`: row-major, `side * side` samples. The bits are the
 /// same with all instructions.
 pub fn warp(image: &GreyImage, map: &Affine, side: usize, out: &mut [f32]) {
-    Instructions::default().dispatch_eight(Warp { image, map, side, out });
+    warp_with(Instructions::default(), image, map, side, out);
 }
 
-/// A warp, compiled for the instructions in use.
-struct Warp<'a> {
-    image: &'a GreyImage,
-    map: &'a Affine,
+fn warp_with(
+    instructions: Instructions,
+    image: &GreyImage,
+    map: &Affine,
     side: usize,
-    out: &'a mut [f32],
-}
-
-impl WithSimd for Warp<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let Self { image, map, side, out } = self;
+    out: &mut [f32],
+) {
+    dispatch_eight!(instructions, |_| {
         let half = (side as f64 - 1.0) / 2.0;
         for (row, line) in out.chunks_exact_mut(side).take(side).enumerate() {
             let b = row as f64 - half;
@@ -55,7 +48,7 @@ impl WithSimd for Warp<'_> {
                 *sample = sample_anywhere(image, at(first_of_rest + k));
             }
         }
-    }
+    });
 }
 
 /// The images of the corners `(-half, -half)`, `(half, -half)`, `(half, half)` and `(-half, half)`
@@ -174,7 +167,7 @@ mod tests {
             let half = (side as f64 - 1.0) / 2.0;
             for (name, instructions) in Instructions::available() {
                 let mut out = vec![0.0; side * side];
-                instructions.dispatch_eight(Warp { image: &image, map: &map, side, out: &mut out });
+                warp_with(instructions, &image, &map, side, &mut out);
                 for (k, &got) in out.iter().enumerate() {
                     let (a, b) = ((k % side) as f64 - half, (k / side) as f64 - half);
                     let px = map[0][0] * a + (map[0][1] * b + map[0][2]);

@@ -42,8 +42,7 @@ impl Solver {
 }
 
 /// The codes of many candidates by the batched solver; they must be the same with all instructions
-/// of this processor, whether the products of the dictionary are kept or not, and for each candidate
-/// alone.
+/// of this processor, and for each candidate alone, for which no products are kept.
 pub fn solve_all(
     dictionary: &Dictionary,
     shared: &[f32],
@@ -51,20 +50,14 @@ pub fn solve_all(
     params: &CodeParams,
 ) -> Vec<Code> {
     let location = batched::Location::new(dictionary, (0, shared), params);
-    let without = dictionary.without_products();
     let solved = Instructions::available().into_iter().map(|(name, instructions)| {
         let mut codes = vec![Code::default(); candidates.len() / dictionary.dim()];
         let mut scratch = batched::SolverScratch::with(instructions);
         batched::solve(dictionary, &location, candidates, params, &mut scratch, &mut codes);
-        let mut alone = vec![Code::default(); codes.len()];
-        batched::solve(&without, &location, candidates, params, &mut scratch, &mut alone);
-        assert_eq!(codes, alone, "{name}, without products");
         // As if each were the only candidate at a location of its own, with the same columns.
-        let shared = shared.repeat(codes.len());
-        for dictionary in [dictionary, &without] {
-            batched::solve_each(dictionary, &shared, candidates, params, &mut scratch, &mut alone);
-            assert_eq!(codes, alone, "{name}, each alone");
-        }
+        let (shared, mut alone) = (shared.repeat(codes.len()), vec![Code::default(); codes.len()]);
+        batched::solve_each(dictionary, &shared, candidates, params, &mut scratch, &mut alone);
+        assert_eq!(codes, alone, "{name}, each alone");
         (name, codes)
     });
     let same = |(first, codes), (name, others)| {

@@ -99,12 +99,6 @@ impl Dictionary {
         }
     }
 
-    /// The same dictionary without its products.
-    #[cfg(feature = "internals")]
-    pub fn without_products(&self) -> Self {
-        Self { products: None, ..self.clone() }
-    }
-
     fn find_repeats(&mut self) {
         let Self { sorted, repeats, atoms, dim, count, .. } = self;
         let bits = |k: u32| atoms[k as usize * *dim..][..*dim].iter().map(|v| v.to_bits());

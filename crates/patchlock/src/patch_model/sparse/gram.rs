@@ -8,9 +8,9 @@
 //! With AVX2 it takes 31 % of the plain instructions (`benchmarks/record/speed.md`).
 
 use super::dictionary::LANES;
-use crate::numeric::instructions::{Instructions, is_plain};
+use crate::numeric::instructions::{Instructions, dispatch, is_plain};
 use crate::numeric::parallel::*;
-use pulp::{Simd, WithSimd, bytemuck};
+use pulp::{Simd, bytemuck};
 use std::array;
 
 /// Signals, and vectors of atoms, whose sums are kept in registers together.
@@ -26,7 +26,7 @@ pub fn fill(panels: &[f64], dim: usize, out: &mut [f32]) {
     let stride = panels.len() / dim.max(1);
     let rows = out.par_chunks_mut((LANES * stride).max(1));
     rows.zip(panels.par_chunks_exact((LANES * dim).max(1))).for_each(|(out, own)| {
-        Instructions::default().dispatch(Rows { own, panels, dim, out });
+        dispatch!(Instructions::default(), |simd| fill_rows(simd, own, (panels, dim), out));
     });
 }
 
@@ -74,31 +74,19 @@ pub fn fill_columns<S: Simd>(
 }
 
 /// The inner products of the atoms of one panel with all atoms.
-struct Rows<'a> {
-    own: &'a [f64],
-    panels: &'a [f64],
-    dim: usize,
-    out: &'a mut [f32],
-}
-
-impl WithSimd for Rows<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let Self { own, panels, dim, out } = self;
-        let stride = panels.len() / dim;
-        for (k, panel) in panels.chunks_exact(LANES * dim).enumerate() {
-            // A few columns of the panel stay in the first-level cache while all rows are
-            // multiplied by them.
-            for column in (0..LANES).step_by(VECTORS * S::F64_LANES) {
-                for (first, rows) in out.chunks_mut(SIGNALS * stride).enumerate() {
-                    let own = own[first * SIGNALS..].chunks(LANES);
-                    let samples = own.map(|own| array::from_fn(|k| own[..SIGNALS][k]));
-                    let sums = products::<S, SIGNALS, VECTORS>(simd, samples, panel, column);
-                    for (row, sums) in rows.chunks_exact_mut(stride).zip(&sums) {
-                        less_one::<S>(sums, &mut row[k * LANES + column..]);
-                    }
+#[inline(always)]
+fn fill_rows<S: Simd>(simd: S, own: &[f64], (panels, dim): (&[f64], usize), out: &mut [f32]) {
+    let stride = panels.len() / dim;
+    for (k, panel) in panels.chunks_exact(LANES * dim).enumerate() {
+        // A few columns of the panel stay in the first-level cache while all rows are
+        // multiplied by them.
+        for column in (0..LANES).step_by(VECTORS * S::F64_LANES) {
+            for (first, rows) in out.chunks_mut(SIGNALS * stride).enumerate() {
+                let own = own[first * SIGNALS..].chunks(LANES);
+                let samples = own.map(|own| array::from_fn(|k| own[..SIGNALS][k]));
+                let sums = products::<S, SIGNALS, VECTORS>(simd, samples, panel, column);
+                for (row, sums) in rows.chunks_exact_mut(stride).zip(&sums) {
+                    less_one::<S>(sums, &mut row[k * LANES + column..]);
                 }
             }
         }
@@ -150,24 +138,13 @@ mod tests {
     const DIM: usize = 7;
 
     /// The first atoms of the second panel as signals, together and alone.
-    struct Columns<'a> {
-        panels: &'a [f64],
-        out: &'a mut [f32],
-        alone: &'a mut [f32],
-    }
-
-    impl WithSimd for Columns<'_> {
-        type Output = ();
-
-        #[inline(always)]
-        fn with_simd<S: Simd>(self, simd: S) {
-            let at = |k: usize, s: usize| self.panels[(DIM + s) * LANES + k];
-            let signals: Vec<f64> = (0..7 * DIM).map(|k| at(k / DIM, k % DIM)).collect();
-            let samples = &mut Vec::new();
-            fill_columns(simd, &signals, (self.panels, DIM), samples, self.out);
-            let each = signals.chunks_exact(DIM).zip(self.alone.chunks_exact_mut(3 * LANES));
-            each.for_each(|(signal, out)| fill_row(simd, signal, self.panels, out));
-        }
+    #[inline(always)]
+    fn fill_both<S: Simd>(simd: S, panels: &[f64], out: &mut [f32], alone: &mut [f32]) {
+        let at = |k: usize, s: usize| panels[(DIM + s) * LANES + k];
+        let signals: Vec<f64> = (0..7 * DIM).map(|k| at(k / DIM, k % DIM)).collect();
+        fill_columns(simd, &signals, (panels, DIM), &mut Vec::new(), out);
+        let each = signals.chunks_exact(DIM).zip(alone.chunks_exact_mut(3 * LANES));
+        each.for_each(|(signal, out)| fill_row(simd, signal, panels, out));
     }
 
     #[test]
@@ -177,8 +154,9 @@ mod tests {
         let panels: Vec<f64> = (0..3 * LANES * dim).map(value).collect();
         let rows = |instructions: Instructions| {
             let mut out = vec![9.0; LANES * 3 * LANES];
+            let (panels, rows) = (&panels[..], &mut out[..]);
             let own = &panels[LANES * dim..][..LANES * dim];
-            instructions.dispatch(Rows { own, panels: &panels, dim, out: &mut out });
+            dispatch!(instructions, |simd| fill_rows(simd, own, (panels, dim), rows));
             out
         };
         let plain = rows(Instructions::Plain);
@@ -186,8 +164,8 @@ mod tests {
             assert_eq!(rows(instructions), plain, "{name}");
             // Seven are a whole group and a part of one.
             let (mut columns, mut alone) = (vec![9.0; 7 * 3 * LANES], vec![9.0; 7 * 3 * LANES]);
-            let (out, alone_out) = (&mut columns[..], &mut alone[..]);
-            instructions.dispatch(Columns { panels: &panels, out, alone: alone_out });
+            let (panels, out, alone_out) = (&panels[..], &mut columns[..], &mut alone[..]);
+            dispatch!(instructions, |simd| fill_both(simd, panels, out, alone_out));
             assert_eq!(alone, plain[..7 * 3 * LANES], "{name}");
             for (k, entry) in columns.iter().enumerate() {
                 let (panel, signal, lane) = (k / (7 * LANES), k / LANES % 7, k % LANES);

@@ -16,8 +16,8 @@
 //! (`benchmarks/record/speed.md`).
 
 use crate::numeric::dot_wide;
-use crate::numeric::instructions::Instructions;
-use pulp::{Simd, WithSimd};
+use crate::numeric::instructions::{Instructions, dispatch};
+use pulp::Simd;
 
 /// Maximum number of iterations.
 const MAX_ITERATIONS: usize = 10_000;
@@ -58,54 +58,40 @@ impl Reconstruction {
     /// Solves the problem for `signal` (`y`) in `basis` (`U`). The columns of the basis are stored
     /// one after the other and have the signal's length.
     pub fn solve(&mut self, basis: &[f64], signal: &[f64], lambda: f64) {
-        Instructions::default()
-            .dispatch(LassoProblem { out: self, problem: Problem { basis, signal, lambda } });
-    }
-}
-
-struct LassoProblem<'a> {
-    out: &'a mut Reconstruction,
-    problem: Problem<'a>,
-}
-
-impl WithSimd for LassoProblem<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let Self { out, problem } = self;
-        let Reconstruction { coefficients, error, fit, extrapolated, next } = out;
-        for part in [&mut *coefficients, &mut *extrapolated, &mut *next] {
-            part.clear();
-            part.resize(problem.columns().len(), 0.0);
-        }
-        let mut momentum = 1.0f64;
-        for _ in 0..MAX_ITERATIONS {
-            problem.step(simd, extrapolated, (fit, error), next);
-            let (mut moved, mut uphill) = (0.0f64, 0.0);
-            for ((next, last), extrapolated) in next.iter().zip(&*coefficients).zip(&*extrapolated)
-            {
-                let (step, correction) = (next - last, extrapolated - next);
-                moved = moved.max(step.abs()).max(correction.abs());
-                uphill += correction * step;
+        let problem = Problem { basis, signal, lambda };
+        dispatch!(Instructions::default(), |simd| {
+            let Reconstruction { coefficients, error, fit, extrapolated, next } = self;
+            for part in [&mut *coefficients, &mut *extrapolated, &mut *next] {
+                part.clear();
+                part.resize(problem.columns().len(), 0.0);
             }
-            if moved <= TOLERANCE * problem.lambda.max(TOLERANCE) {
-                break;
+            let mut momentum = 1.0f64;
+            for _ in 0..MAX_ITERATIONS {
+                problem.step(simd, extrapolated, (fit, error), next);
+                let (mut moved, mut uphill) = (0.0f64, 0.0);
+                let each = next.iter().zip(&*coefficients).zip(&*extrapolated);
+                for ((next, last), extrapolated) in each {
+                    let (step, correction) = (next - last, extrapolated - next);
+                    moved = moved.max(step.abs()).max(correction.abs());
+                    uphill += correction * step;
+                }
+                if moved <= TOLERANCE * problem.lambda.max(TOLERANCE) {
+                    break;
+                }
+                if uphill > 0.0 {
+                    momentum = 1.0;
+                }
+                let next_momentum = (1.0 + (1.0 + 4.0 * momentum * momentum).sqrt()) / 2.0;
+                let extrapolation = (momentum - 1.0) / next_momentum;
+                let each = extrapolated.iter_mut().zip(&*next).zip(&*coefficients);
+                for ((extrapolated, next), last) in each {
+                    *extrapolated = next + (next - last) * extrapolation;
+                }
+                std::mem::swap(coefficients, next);
+                momentum = next_momentum;
             }
-            if uphill > 0.0 {
-                momentum = 1.0;
-            }
-            let next_momentum = (1.0 + (1.0 + 4.0 * momentum * momentum).sqrt()) / 2.0;
-            let extrapolation = (momentum - 1.0) / next_momentum;
-            for ((extrapolated, next), last) in
-                extrapolated.iter_mut().zip(&*next).zip(&*coefficients)
-            {
-                *extrapolated = next + (next - last) * extrapolation;
-            }
-            std::mem::swap(coefficients, next);
-            momentum = next_momentum;
-        }
-        problem.explain(coefficients, fit, error);
+            problem.explain(coefficients, fit, error);
+        });
     }
 }
 

@@ -15,7 +15,7 @@
 //! - A step passes over the atoms once, in tiles of about 64. The node's part of a tile is
 //!   computed, and all candidates at the node use it while it is in registers. For each candidate,
 //!   a tile is searched for atoms whose score could exceed the lower bound on the best score. The
-//!   first lower bound comes from a guess: the atom that the previous candidates chose.
+//!   first tile is that of a guess: the atom that the previous candidates chose.
 //!
 //! # Why it is exact
 //! All of this only *screens*, in `f32`. If the bounds below leave only one atom that can have the
@@ -86,10 +86,10 @@ use super::screen::{Residuals, Screen, StepCandidate};
 use super::vectors::{TILE, project_out, tile_index, tiles, tiles_mut, widen};
 use crate::numeric::aligned::AlignedVec;
 use crate::numeric::dot_wide;
-use crate::numeric::instructions::Instructions;
+use crate::numeric::instructions::{Instructions, dispatch, vectorise};
 use crate::patch_model::sparse::codes::{Code, CodeParams, MAX_ATOMS, final_energy};
 use crate::patch_model::sparse::dictionary::Dictionary;
-use pulp::{Simd, WithSimd};
+use pulp::Simd;
 use std::mem;
 use std::ops::Range;
 
@@ -186,7 +186,8 @@ struct Branch {
 }
 
 /// Codes every candidate (rows of `dim` samples) jointly with the location's shared columns, one
-/// code per candidate. The location must have been filled for this dictionary and these parameters.
+/// code per candidate. The location must have been filled for this dictionary, which keeps its
+/// products, and these parameters.
 pub fn solve(
     dictionary: &Dictionary,
     location: &Location,
@@ -196,17 +197,16 @@ pub fn solve(
     codes: &mut [Code],
 ) {
     // Without atoms every code is empty, and the root cannot be filled.
-    if dictionary.is_empty() {
+    let Some(kept) = dictionary.products().filter(|_| !dictionary.is_empty()) else {
         codes.fill(Code::default());
         return;
-    }
-    let mut made = mem::take(&mut scratch.made);
-    let problem = Problem { atoms: made.atoms(dictionary), location, params };
+    };
+    let atoms = Atoms { dictionary, panels: &kept.panels, gram: Gram::Kept(&kept.gram) };
+    let problem = Problem { atoms, location, params };
     let blocks = candidates.chunks(BLOCK * dictionary.dim()).zip(codes.chunks_mut(BLOCK));
     for (block, codes) in blocks {
-        scratch.instructions.dispatch(SolveBlock { problem, scratch, block, codes });
+        scratch.solve_block(problem, block, codes);
     }
-    scratch.made = made;
 }
 
 /// Codes one candidate at each location (rows of `dim` samples, one for each location), jointly
@@ -234,9 +234,7 @@ pub fn solve_each(
     for (number, (candidates, codes)) in groups.enumerate() {
         let first = number * GROUP;
         let shared = &shared[first * columns..][..codes.len() * columns];
-        let wide = &made.wide;
-        let group = SolveGroup { atoms, wide, first, shared, params, candidates, codes, scratch };
-        group.scratch.instructions.dispatch(group);
+        scratch.solve_group((atoms, &made.wide), (first, shared), params, candidates, codes);
     }
     scratch.made = made;
 }
@@ -258,80 +256,44 @@ struct Problem<'a> {
     params: &'a CodeParams,
 }
 
-/// Codes a block, compiled for the instructions in use.
-struct SolveBlock<'a> {
-    problem: Problem<'a>,
-    scratch: &'a mut SolverScratch,
-    block: &'a [f32],
-    codes: &'a mut [Code],
-}
-
-impl WithSimd for SolveBlock<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let Self { problem, scratch, block, codes } = self;
-        scratch.begin(simd, problem, block, codes);
-        simd.vectorize(Descend { problem, scratch, codes });
-    }
-}
-
-/// Completes the codes of the candidates at the root. Compiled once for both of its callers.
-struct Descend<'a> {
-    problem: Problem<'a>,
-    scratch: &'a mut SolverScratch,
-    codes: &'a mut [Code],
-}
-
-impl WithSimd for Descend<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        self.scratch.descend(simd, self.problem, self.codes);
-    }
-}
-
-/// Codes one candidate at some locations, compiled for the instructions in use.
-struct SolveGroup<'a> {
-    atoms: Atoms<'a>,
-    /// The dictionary's panels in `f64`.
-    wide: &'a [f64],
-    /// The index of the first location.
-    first: usize,
-    shared: &'a [f32],
-    params: &'a CodeParams,
-    candidates: &'a [f32],
-    codes: &'a mut [Code],
-    scratch: &'a mut SolverScratch,
-}
-
-impl WithSimd for SolveGroup<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let Self { atoms, wide, first, shared, params, candidates, codes, scratch } = self;
-        let (dim, count) = (atoms.dictionary.dim(), codes.len());
-        let columns = shared.len() / count;
-        scratch.correlate_group(simd, atoms, shared, candidates);
-        let mut location = mem::take(&mut scratch.location);
-        let each = candidates.chunks_exact(dim).zip(codes).enumerate();
-        for (row, (patch, code)) in each {
-            let shared = &shared[row * columns..][..columns];
-            location.fill_with(simd, (atoms.dictionary, wide), (first + row, shared), params);
-            let problem = Problem { atoms, location: &location, params };
-            let code = std::slice::from_mut(code);
-            scratch.begin(simd, problem, patch, code);
-            scratch.take_correlations(simd, problem, (row, count));
-            simd.vectorize(Descend { problem, scratch, codes: code });
-        }
-        scratch.location = location;
-    }
-}
-
 impl SolverScratch {
+    /// Codes a block.
+    fn solve_block(&mut self, problem: Problem<'_>, block: &[f32], codes: &mut [Code]) {
+        dispatch!(self.instructions, |simd| {
+            self.begin(simd, problem, block, codes);
+            self.descend(simd, problem, codes);
+        });
+    }
+
+    /// Codes one candidate at some locations, the first of which has this index. `wide`: the
+    /// dictionary's panels in `f64`.
+    fn solve_group(
+        &mut self,
+        (atoms, wide): (Atoms<'_>, &[f64]),
+        (first, shared): (usize, &[f32]),
+        params: &CodeParams,
+        candidates: &[f32],
+        codes: &mut [Code],
+    ) {
+        dispatch!(self.instructions, |simd| {
+            let (dim, count) = (atoms.dictionary.dim(), codes.len());
+            let columns = shared.len() / count;
+            self.correlate_group(simd, atoms, shared, candidates);
+            let mut location = mem::take(&mut self.location);
+            let each = candidates.chunks_exact(dim).zip(codes).enumerate();
+            for (row, (patch, code)) in each {
+                let shared = &shared[row * columns..][..columns];
+                location.fill_with(simd, (atoms.dictionary, wide), (first + row, shared), params);
+                let problem = Problem { atoms, location: &location, params };
+                let code = std::slice::from_mut(code);
+                self.begin(simd, problem, patch, code);
+                self.take_correlations(simd, problem, (row, count));
+                self.descend(simd, problem, code);
+            }
+            self.location = location;
+        });
+    }
+
     /// Puts all candidates of the block at the root, except those without energy to explain.
     #[inline(always)]
     fn begin<S: Simd>(&mut self, simd: S, problem: Problem<'_>, block: &[f32], codes: &mut [Code]) {
@@ -435,17 +397,24 @@ impl SolverScratch {
         self.differences.clear();
     }
 
-    /// Processes the branches of the tree until all codes are complete.
+    /// Processes the branches of the tree until all codes are complete. Compiled once for both of
+    /// its callers.
     #[inline(always)]
     fn descend<S: Simd>(&mut self, simd: S, problem: Problem<'_>, codes: &mut [Code]) {
-        while let Some(branch) = self.branches.pop() {
-            let branch = match branch.depth {
-                0 => branch,
-                _ => self.make_node(simd, problem, branch, codes),
-            };
-            self.choose(simd, problem, &branch);
-            self.split(problem, &branch, codes);
-        }
+        vectorise(
+            simd,
+            #[inline(always)]
+            move || {
+                while let Some(branch) = self.branches.pop() {
+                    let branch = match branch.depth {
+                        0 => branch,
+                        _ => self.make_node(simd, problem, branch, codes),
+                    };
+                    self.choose(simd, problem, &branch);
+                    self.split(problem, &branch, codes);
+                }
+            },
+        );
     }
 
     /// Fills in the branch's node and projects its atom out of the members. Members whose codes are

@@ -1,13 +1,13 @@
 //! A location of the buffer and the dictionary as the solver needs them, before any candidate.
 
 use super::node::Node;
-use super::rows::{Atoms, Gram, Rows};
+use super::rows::Rows;
 use super::vectors::widen;
 use crate::numeric::aligned::AlignedVec;
-use crate::numeric::instructions::Instructions;
+use crate::numeric::instructions::{Instructions, dispatch};
 use crate::patch_model::sparse::codes::CodeParams;
 use crate::patch_model::sparse::dictionary::Dictionary;
-use pulp::{Simd, WithSimd};
+use pulp::Simd;
 
 /// A location: its shared columns, and everything that follows from them and the dictionary alone.
 /// It must be filled again when either of them changes.
@@ -23,6 +23,7 @@ pub struct Location {
 
 impl Location {
     /// The location of this index with these shared columns (rows of `dim` samples).
+    #[cfg(feature = "internals")]
     pub fn new(dictionary: &Dictionary, shared: (usize, &[f32]), params: &CodeParams) -> Self {
         let (mut location, mut made) = (Self::default(), DictionaryPanels::default());
         made.fill(dictionary);
@@ -38,7 +39,7 @@ impl Location {
         shared: (usize, &[f32]),
         params: &CodeParams,
     ) {
-        Instructions::default().dispatch(FillRoot { location: self, dictionary, shared, params });
+        dispatch!(Instructions::default(), |simd| self.fill_with(simd, dictionary, shared, params));
     }
 
     /// The same with these instructions.
@@ -60,25 +61,6 @@ impl Location {
     }
 }
 
-/// Fills a location's root, compiled for the instructions in use. A closure would not do: only code
-/// that is always inlined is compiled for them.
-struct FillRoot<'a> {
-    location: &'a mut Location,
-    dictionary: (&'a Dictionary, &'a [f64]),
-    shared: (usize, &'a [f32]),
-    params: &'a CodeParams,
-}
-
-impl WithSimd for FillRoot<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let Self { location, dictionary, shared, params } = self;
-        location.fill_with(simd, dictionary, shared, params);
-    }
-}
-
 /// The panels of a dictionary that does not keep its products.
 #[derive(Debug, Default)]
 pub(super) struct DictionaryPanels {
@@ -91,14 +73,5 @@ impl DictionaryPanels {
     pub fn fill(&mut self, dictionary: &Dictionary) {
         dictionary.fill_panels(&mut self.panels);
         widen(&mut self.wide, &self.panels);
-    }
-
-    /// The dictionary with its products: those that it keeps, or those that are made here.
-    pub fn atoms<'a>(&'a mut self, dictionary: &'a Dictionary) -> Atoms<'a> {
-        if let Some(kept) = dictionary.products() {
-            return Atoms { dictionary, panels: &kept.panels, gram: Gram::Kept(&kept.gram) };
-        }
-        self.fill(dictionary);
-        Atoms { dictionary, panels: &self.panels, gram: Gram::DictionaryPanels(&self.wide) }
     }
 }

@@ -74,23 +74,16 @@ fn products<S: Simd, const SIZE: usize>(
 mod tests {
     use super::*;
     use crate::numeric::aligned::AlignedVec;
-    use crate::numeric::instructions::Instructions;
+    use crate::numeric::instructions::{Instructions, dispatch};
     use crate::patch_model::sparse::dictionary::Dictionary;
     use crate::patch_model::sparse::somp::vectors::{panel_index, tiles_mut};
-    use pulp::WithSimd;
 
-    struct Correlation<'a>(&'a [f32], &'a Dictionary, &'a mut [f32]);
-
-    impl WithSimd for Correlation<'_> {
-        type Output = ();
-
-        #[inline(always)]
-        fn with_simd<S: Simd>(self, simd: S) {
-            let (base, out) = ([simd.splat_f32s(0.5); TILE], tiles_mut::<S>(self.2));
-            let panels = (&*self.1.products().unwrap().panels, self.1.dim());
-            for t in 0..self.1.stride() / (TILE * S::F32_LANES) {
-                correlate(simd, self.0, panels, (t, &base), out);
-            }
+    #[inline(always)]
+    fn correlate_all<S: Simd>(simd: S, signals: &[f32], dictionary: &Dictionary, out: &mut [f32]) {
+        let (base, out) = ([simd.splat_f32s(0.5); TILE], tiles_mut::<S>(out));
+        let panels = (&*dictionary.products().unwrap().panels, dictionary.dim());
+        for t in 0..dictionary.stride() / (TILE * S::F32_LANES) {
+            correlate(simd, signals, panels, (t, &base), out);
         }
     }
 
@@ -105,7 +98,8 @@ mod tests {
             let signals: Vec<f32> = (0..ROWS * dim).map(|k| value(k + 17)).collect();
             let mut out = AlignedVec::default();
             out.resize(ROWS * dictionary.stride());
-            Instructions::default().dispatch(Correlation(&signals, &dictionary, &mut out));
+            let (rows, all, correlations) = (&signals[..], &dictionary, &mut out[..]);
+            dispatch!(Instructions::default(), |simd| correlate_all(simd, rows, all, correlations));
             for (row, signal) in signals.chunks_exact(dim).enumerate() {
                 let at = |k: usize| out[panel_index(k, row, ROWS)] - 0.5;
                 for k in 0..atoms {

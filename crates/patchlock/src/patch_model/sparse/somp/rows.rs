@@ -5,8 +5,8 @@ use super::errors::{Errors, Margins, SECOND_ORDER};
 use super::node::{Node, Path};
 use super::product::correlate;
 use super::vectors::{
-    TILE, Tile, U, add, add_squares, mul_add, panel, panel_index, subtract_scaled, tile_index,
-    tiles, tiles_mut, widen,
+    TILE, Tile, U, add, add_squares, mul_add, panel, subtract_scaled, tile_index, tiles, tiles_mut,
+    widen,
 };
 use crate::numeric::aligned::AlignedVec;
 use crate::patch_model::sparse::codes::{CodeParams, MAX_ATOMS};
@@ -108,9 +108,8 @@ pub struct ChildTiles<'a, S: Simd, const FIRST: bool> {
 /// The recurrence that computes a child's entries from those of the nodes above.
 #[derive(Debug)]
 struct Recurrence<'a> {
-    gram: &'a [f32],
-    above: &'a [Rows],
-    parent: &'a Rows,
+    /// Number of nodes above, without the root.
+    depth: usize,
     /// `q_s^T d` of the new atom for each node above, the inverse of the norm of its residual, and
     /// `p` of each column.
     triangle: [f32; MAX_ATOMS],
@@ -149,9 +148,6 @@ pub trait Tiles<S: Simd> {
 
     /// Makes tile `t`.
     fn tile(&mut self, simd: S, t: usize) -> SharedTile<S>;
-
-    /// The same for one atom: its weight, sum of squares and divisor.
-    fn at(&self, k: usize) -> [f32; 3];
 }
 
 impl Rows {
@@ -211,11 +207,6 @@ impl Rows {
     /// Number of columns.
     fn count(&self) -> usize {
         self.columns.len() / self.divisors.len().max(1)
-    }
-
-    #[inline(always)]
-    fn column_at(&self, k: usize, c: usize) -> f32 {
-        self.columns[panel_index(k, c, self.count())]
     }
 
     /// The margins of a step at the root.
@@ -292,9 +283,7 @@ impl Rows {
         let inverse = 1.0 / node.triangle[above.len()];
         let weight_offset = if FIRST { inverse - 1.0 } else { 1.0 - node.triangle[0] };
         let recurrence = Recurrence {
-            gram,
-            above,
-            parent,
+            depth: above.len(),
             triangle: node.triangle.map(|w| w as f32),
             inverse: inverse as f32,
             projections,
@@ -369,15 +358,6 @@ impl<S: Simd> Tiles<S> for RootTiles<'_, S> {
         }
         shared
     }
-
-    #[inline(always)]
-    fn at(&self, k: usize) -> [f32; 3] {
-        let mut squares = 0.0;
-        for c in 0..self.rows.count() {
-            squares += (self.rows.column_at(k, c) + 1.0).powi(2);
-        }
-        [0.0, squares, self.rows.divisors[k] + NEARLY_ONE]
-    }
 }
 
 impl<S: Simd, const FIRST: bool> Tiles<S> for ChildTiles<'_, S, FIRST> {
@@ -395,7 +375,7 @@ impl<S: Simd, const FIRST: bool> Tiles<S> for ChildTiles<'_, S, FIRST> {
     #[inline(always)]
     fn tile(&mut self, simd: S, t: usize) -> SharedTile<S> {
         let Self { recurrence, gram, above, columns, divisors, stored } = self;
-        let above = &above[..recurrence.above.len()];
+        let above = &above[..recurrence.depth];
         let w = recurrence.weights::<S, FIRST>(simd, gram[t], above, t);
         let divisors = recurrence.update_divisors::<S, FIRST>(simd, &w, divisors[t], t);
         let mut shared = SharedTile { weights: w, squares: [simd.splat_f32s(0.0); TILE], divisors };
@@ -407,11 +387,6 @@ impl<S: Simd, const FIRST: bool> Tiles<S> for ChildTiles<'_, S, FIRST> {
         let columns = (&columns[first..], own);
         update_columns::<S, FIRST>(simd, columns, step, recurrence, &mut shared);
         shared
-    }
-
-    #[inline(always)]
-    fn at(&self, k: usize) -> [f32; 3] {
-        self.recurrence.at::<FIRST>(k)
     }
 }
 
@@ -460,29 +435,6 @@ impl Recurrence<'_> {
             subtract_scaled(simd, &mut w, &rows[t], projection);
         }
         w.map(|w| simd.mul_f32s(w, inverse))
-    }
-
-    #[inline(always)]
-    fn at<const FIRST: bool>(&self, k: usize) -> [f32; 3] {
-        let w = if FIRST {
-            self.gram[k] * self.inverse + self.weight_offset
-        } else {
-            let subtract_scaled =
-                |w, (rows, projection): (&Rows, &f32)| w - rows.weights[k] * projection;
-            let above = self.above.iter().zip(&self.triangle);
-            above.fold(self.gram[k] + self.weight_offset, subtract_scaled) * self.inverse
-        };
-        let mut squares = 0.0;
-        for (c, (projection, offset)) in self.projections.iter().zip(self.offsets).enumerate() {
-            let y = self.parent.column_at(k, c) - w * projection;
-            squares += if FIRST { y + offset } else { y }.powi(2);
-        }
-        let above = self.parent.divisors[k];
-        if k == self.atom {
-            return [w, squares, EXCLUDED];
-        }
-        let size = if FIRST { w } else { w.abs() };
-        [w, squares, above - (size + self.loss.0) * size - self.loss.1]
     }
 
     /// Lower bounds of the divisors: `||d_res||^2` decreases by `w^2` and by its error bound. The

@@ -4,10 +4,10 @@
 use super::exact::{Choice, ExactAtoms};
 use super::rows::{SharedTile, Tiles};
 use super::vectors::{
-    TILE, Tile, U, add, add_squares, mul_add, panel_index, subtract_scaled, tile_index, tiles_mut,
+    TILE, Tile, U, add, add_squares, mul_add, subtract_scaled, tile_index, tiles_mut,
 };
 use pulp::{Simd, bytemuck};
-use std::iter::successors;
+use std::iter::{once, successors};
 
 /// Exceeds all relative rounding errors of a screened score.
 const ROUNDING: f64 = 64.0 * U;
@@ -123,8 +123,8 @@ impl Screen {
         self.possible_atoms.clear();
     }
 
-    /// Screens all atoms for all candidates, tile by tile. The atom `guess` comes first: a good
-    /// guess raises the lower bounds early. A divisor may be too small by at most `gap`.
+    /// Screens all atoms for all candidates, tile by tile. The tile of the atom `guess` comes first: a
+    /// good guess raises the lower bounds early. A divisor may be too small by at most `gap`.
     /// `correlations` are the candidates' own, in panels, as the parent left them. They are updated
     /// to this node if it can have children.
     #[inline(always)]
@@ -138,13 +138,10 @@ impl Screen {
     ) {
         let stride = exact.dictionary.stride();
         let (width, rows) = (TILE * S::F32_LANES, correlations.len() / stride);
-        tiles.correlate(simd, guess / width, tiles_mut::<S>(correlations));
-        self.bound_by_guess(simd, tiles, (guess, gap), (residuals, correlations), exact);
         let (correlations, stored) = (tiles_mut::<S>(correlations), tiles.stores_rows());
-        for t in 0..stride / width {
-            if t != guess / width {
-                tiles.correlate(simd, t, correlations);
-            }
+        let first = guess / width;
+        for t in once(first).chain((0..stride / width).filter(|&t| t != first)) {
+            tiles.correlate(simd, t, correlations);
             let shared = tiles.tile(simd, t);
             // These candidates are handled after the loop: doing it here would move the tile out of
             // the registers.
@@ -177,30 +174,6 @@ impl Screen {
                 self.add_tile(simd, (number, t), (&y, &shared), gap, residuals, exact);
             }
         }
-    }
-
-    /// Raises the lower bounds to the score of the guess.
-    #[inline(always)]
-    fn bound_by_guess<S: Simd>(
-        &mut self,
-        simd: S,
-        tiles: &impl Tiles<S>,
-        (guess, gap): (usize, f32),
-        (residuals, correlations): (Residuals<'_>, &[f32]),
-        exact: &mut ExactAtoms<'_>,
-    ) {
-        let rows = correlations.len() / exact.dictionary.stride();
-        let [weight, squares, divisor] = tiles.at(guess);
-        for number in 0..self.candidates.len() {
-            let candidate = &self.candidates[number];
-            let y = correlations[panel_index(guess, candidate.row, rows)]
-                - weight * candidate.projection
-                + candidate.offset;
-            self.add_atom(simd, (number, guess), (squares + y * y, divisor), gap, residuals, exact);
-        }
-        // The guess is found again with its tile.
-        self.possible_atoms.clear();
-        self.candidates.iter_mut().for_each(|candidate| candidate.newest = None);
     }
 
     /// Adds the possible atoms of a tile; `y` are the candidate's correlations.

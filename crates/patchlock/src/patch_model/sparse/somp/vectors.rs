@@ -32,17 +32,17 @@ pub fn tiles_mut<S: Simd>(row: &mut [f32]) -> &mut [Tile<S>] {
 }
 
 /// Rows that are used together are stored interleaved, in panels of [`LANES`] atoms with one row
-/// after another in each panel. Returns the index of the entry of atom `k` in row `row` of `rows`.
-#[inline(always)]
-pub fn panel_index(k: usize, row: usize, rows: usize) -> usize {
-    (k / LANES * rows + row) * LANES + k % LANES
-}
-
-/// The same in tiles: the index of tile `t` of row `row`.
+/// after another in each panel. Returns the index of tile `t` of row `row` of `rows`.
 #[inline(always)]
 pub fn tile_index<S: Simd>(t: usize, row: usize, rows: usize) -> usize {
     let (first, step) = panel::<S>(t, rows);
     first + row * step
+}
+
+/// The index of the entry of atom `k` in row `row`.
+#[cfg(test)]
+pub fn panel_index(k: usize, row: usize, rows: usize) -> usize {
+    (k / LANES * rows + row) * LANES + k % LANES
 }
 
 /// The index of tile `t` of the first row, and the number of tiles from one row to the next.

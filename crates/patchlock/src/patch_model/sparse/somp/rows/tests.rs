@@ -1,8 +1,8 @@
+use super::super::vectors::panel_index;
 use super::*;
-use crate::numeric::instructions::Instructions;
+use crate::numeric::instructions::{Instructions, dispatch};
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
-use pulp::WithSimd;
 
 const DIM: usize = 16;
 const PARAMS: CodeParams = CodeParams { atoms: MAX_ATOMS, min_residual: 1e-6 };
@@ -61,11 +61,9 @@ struct RowDescent<'a> {
     path: &'a [usize],
 }
 
-impl WithSimd for RowDescent<'_> {
-    type Output = Vec<Errors>;
-
-    fn with_simd<S: Simd>(self, simd: S) -> Vec<Errors> {
-        let Self { dictionary, shared, path } = self;
+impl RowDescent<'_> {
+    fn descend<S: Simd>(&self, simd: S) -> Vec<Errors> {
+        let Self { dictionary, shared, path } = *self;
         let products = dictionary.products().unwrap();
         let gram = Gram::Kept(&products.gram);
         let atoms = Atoms { dictionary, panels: &products.panels, gram };
@@ -88,40 +86,20 @@ impl WithSimd for RowDescent<'_> {
             truth.add(dictionary.atom(atom));
             let (path, mut new) = (Path { root: &root, nodes: &nodes }, Rows::default());
             let above = (&rows[0], &rows[1..]);
-            let single = if nodes.len() == 1 {
+            if nodes.len() == 1 {
                 let tiles = new.child_tiles::<S, true>(simd, atoms, path, above, &PARAMS).0;
-                let single = make_tiles(simd, dictionary, tiles);
+                make_tiles(simd, dictionary, tiles);
                 new.tighten_max_residual(simd);
-                single
             } else {
                 let tiles = new.child_tiles::<S, false>(simd, atoms, path, above, &PARAMS).0;
-                make_tiles(simd, dictionary, tiles)
-            };
-            self.check(&new, &truth);
-            for (k, [weight, _, divisor]) in single.into_iter().enumerate() {
-                self.check_atom(&new, &truth, k, (weight, divisor));
+                make_tiles(simd, dictionary, tiles);
             }
+            self.check(&new, &truth);
             rows.push(new);
         }
         rows.into_iter().map(|rows| rows.errors).collect()
     }
-}
 
-/// Makes all tiles; returns the same data computed for each atom alone.
-#[inline(always)]
-fn make_tiles<S: Simd, const FIRST: bool>(
-    simd: S,
-    dictionary: &Dictionary,
-    mut tiles: ChildTiles<'_, S, FIRST>,
-) -> Vec<[f32; 3]> {
-    let single = (0..dictionary.len()).map(|k| tiles.at(k)).collect();
-    for t in 0..dictionary.stride() / (TILE * S::F32_LANES) {
-        tiles.tile(simd, t);
-    }
-    single
-}
-
-impl RowDescent<'_> {
     fn check(&self, rows: &Rows, truth: &Truth) {
         for k in 0..self.dictionary.len() {
             let weight = rows.weights.get(k).copied().unwrap_or_default();
@@ -129,8 +107,8 @@ impl RowDescent<'_> {
             self.check_atom(rows, truth, k, (weight, rows.divisors[k]));
             let atom: Vec<f64> = self.dictionary.atom(k).iter().map(|&v| f64::from(v)).collect();
             for (c, column) in self.shared.chunks_exact(DIM).enumerate() {
-                let off =
-                    dot(&truth.residual(column), &atom) - less - f64::from(rows.column_at(k, c));
+                let entry = rows.columns[panel_index(k, c, rows.count())];
+                let off = dot(&truth.residual(column), &atom) - less - f64::from(entry);
                 assert!(off.abs() <= rows.errors.columns[c], "column {c}: {off}");
             }
         }
@@ -154,6 +132,18 @@ impl RowDescent<'_> {
     }
 }
 
+/// Makes all tiles.
+#[inline(always)]
+fn make_tiles<S: Simd, const FIRST: bool>(
+    simd: S,
+    dictionary: &Dictionary,
+    mut tiles: ChildTiles<'_, S, FIRST>,
+) {
+    for t in 0..dictionary.stride() / (TILE * S::F32_LANES) {
+        tiles.tile(simd, t);
+    }
+}
+
 /// With little texture the residuals of the atoms are small, and the bounds are correspondingly
 /// tight.
 #[test]
@@ -163,8 +153,9 @@ fn bounds_are_tight_where_little_is_left() {
     let dictionary = Dictionary::new(DIM, 9, signals(90, &mut runner));
     let shared = signals(4, &mut runner);
     for (_, instructions) in Instructions::available() {
-        let descend = RowDescent { dictionary: &dictionary, shared: &shared, path: &[3, 16, 31] };
-        for (depth, errors) in instructions.dispatch(descend).iter().enumerate().skip(1) {
+        let descent = RowDescent { dictionary: &dictionary, shared: &shared, path: &[3, 16, 31] };
+        let errors = dispatch!(instructions, |simd| descent.descend(simd));
+        for (depth, errors) in errors.iter().enumerate().skip(1) {
             assert!(errors.max_residual < 1e-3, "node {depth}: {errors:?}");
             assert!(errors.divisors < 1e-2 * errors.max_residual, "node {depth}: {errors:?}");
             assert!(errors.columns.iter().all(|e| *e < 1e-7), "node {depth}: {errors:?}");
@@ -182,8 +173,8 @@ proptest! {
     ) {
         let dictionary = Dictionary::new(DIM, 9, atoms);
         for (_, instructions) in Instructions::available() {
-            let (dictionary, shared) = (&dictionary, &shared);
-            instructions.dispatch(RowDescent { dictionary, shared, path: &path });
+            let descent = RowDescent { dictionary: &dictionary, shared: &shared, path: &path };
+            dispatch!(instructions, |simd| descent.descend(simd));
         }
     }
 }
