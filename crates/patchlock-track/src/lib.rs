@@ -21,4 +21,4 @@ pub mod start_box;
 pub mod text;
 
 pub use error::Error;
-pub use models::{ModelError, ModelPaths, UsedNetwork};
+pub use models::{ModelPaths, UsedNetwork};

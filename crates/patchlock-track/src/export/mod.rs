@@ -37,7 +37,7 @@ use crate::attributes::Attribute;
 use crate::outline::Outline;
 use frames::Frames;
 
-pub use all::{Clip, Part, SplitError, split, write_all, write_texts};
+pub use all::{Clip, Part, empty_part, split, write_all, write_texts};
 pub use format::{Format, ImageUse, Purpose};
 pub use key_frames::KeyFrames;
 pub use metadata::TargetMetadata;

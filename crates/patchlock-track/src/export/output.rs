@@ -162,7 +162,7 @@ impl Reader {
     fn image(&self, path: &Path) -> Result<PlainFile, Error> {
         let target = path.canonicalize().map_err(|error| Error::read(path, error))?;
         if self.within.as_ref().is_some_and(|folder| !target.starts_with(folder)) {
-            return Err(Error::LinkOutside { path: path.to_path_buf(), target });
+            return Err(Error::LinkOutside(path.to_path_buf(), target));
         }
         let cannot = |error: LoadError| Error::frame(path, error);
         let mut image = plain_file::open(&target).map_err(|error| cannot(error.into()))?;
