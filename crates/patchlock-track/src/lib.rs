@@ -1,7 +1,6 @@
 //! Tracking around the library: what the program, the studio and the Python package share.
 //!
-//! A [`session`] is a tracker with its threads and a clock; [`many_targets`] tracks targets by the
-//! caller's ids. [`settings`] resolves presets and settings files, [`models`] loads networks,
+//! A [`session`] is a tracker with its threads and a clock. [`settings`] resolves presets and settings files, [`models`] loads networks,
 //! [`start_box`] checks first boxes, [`text`] reads tables of boxes, [`attributes`] are what labels
 //! declare, [`outline`] what is drawn beside boxes, and [`export`] writes tracks for other tools.
 //!
@@ -11,7 +10,6 @@ pub mod attributes;
 pub mod error;
 pub mod export;
 pub mod files;
-pub mod many_targets;
 pub mod models;
 pub mod names;
 pub mod outline;
