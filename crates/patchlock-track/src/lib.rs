@@ -1,8 +1,9 @@
 //! Tracking around the library: what the program, the studio and the Python package share.
 //!
-//! A [`session`] is a tracker with its threads and a clock. [`settings`] resolves presets and settings files, [`models`] loads networks,
-//! [`start_box`] checks first boxes, [`text`] reads tables of boxes, [`attributes`] are what labels
-//! declare, [`outline`] what is drawn beside boxes, and [`export`] writes tracks for other tools.
+//! A [`session`] has threads and a clock, [`settings`] resolves presets and settings files,
+//! [`models`] loads networks, [`start_box`] checks first boxes, [`text`] reads tables of boxes,
+//! [`attributes`] are what labels declare, [`outline`] what is drawn beside boxes, and [`export`]
+//! writes tracks for other tools.
 //!
 //! Boxes are [`patchlock::BoundingBox`], in pixels counted from 0.
 
