@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use patchlock_cli::failure::{Exit, Failure};
 use patchlock_cli::output::pending::PendingFile;
 use patchlock_cli::output::video::Video;
-use patchlock_cli::output::view::{Style, View};
+use patchlock_cli::output::view::View;
 use patchlock_cli::output::{Sink as _, TargetResult, TrackedFrame};
 use patchlock_media::{FrameRate, Picture};
 use pyo3::exceptions::{PyOSError, PyRuntimeError, PyTypeError, PyValueError};
@@ -103,7 +103,7 @@ impl VideoWriter {
         }
         let pending = py.detach(|| PendingFile::create(&file, overwrite));
         let pending = pending.map_err(|failure| worded(&failure))?;
-        let view = View::new(Style { panels: panel, crop: None });
+        let view = View::new(panel, None);
         let video = Some(Box::new(Video::new(pending, rate, view, quality, count)));
         let state = Mutex::new(State { video, size: None, frames: 0 });
         Ok(Self { state, channels, process: process::id() })

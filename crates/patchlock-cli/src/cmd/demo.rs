@@ -24,7 +24,7 @@ use crate::output::row::LostPosition;
 use crate::output::strip::{self, Panel};
 use crate::output::tables::{Format, Table};
 use crate::output::video::{QUALITY, Video};
-use crate::output::view::{Style, View};
+use crate::output::view::View;
 use crate::output::{Sink, TargetResult, TrackedFrame};
 use crate::progress::Progress;
 use crate::run::Run;
@@ -139,7 +139,7 @@ fn begin(out: &Path, scene: &Scene, targets: &Targets) -> Result<(Run, DemoOutpu
     let first = scene.frame(0);
     let input = create("input.mp4")?;
     let write_error = Box::new(input.error_handler());
-    let (frames, view) = (Some(scene.len()), View::new(Style::default()));
+    let (frames, view) = (Some(scene.len()), View::new(true, None));
     let video = Video::new(create("demo.mp4")?, FrameRate::DEFAULT, view, QUALITY, frames);
     // The video first: completing it may still fail, before the other files are in place.
     let sinks: Vec<Box<dyn Sink>> = vec![
@@ -264,7 +264,7 @@ fn panel(
     let part = TrackedFrame { frame, ms, targets: &targets, picture: &part };
     let estimate = &target.estimate;
     Ok(Panel {
-        frame: View::new(Style::default()).draw(&part)?,
+        frame: View::new(true, None).draw(&part)?,
         title: what.to_string(),
         status: estimate.status.to_string().to_uppercase(),
         note: overlap.map_or_else(String::new, |overlap| format!("overlap {overlap:.2}")),

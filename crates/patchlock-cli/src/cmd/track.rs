@@ -22,11 +22,12 @@ use super::settings::SettingsArgs;
 use super::{LimitArgs, SEEDS_SHOWN, THREADS_SHOWN, seed, threads};
 use crate::failure::{Failure, interrupted, say, usage};
 use crate::interrupt;
-use crate::output::inputs::Inputs;
-use crate::output::plan::{Outputs, Plan};
+use crate::output::Sink;
+use crate::output::inputs::{Inputs, resolved};
+use crate::output::pending::{self, PendingFile};
 use crate::output::row::LostPosition;
 use crate::output::summary::{Settings, Summary};
-use crate::output::tables::{Format, PipeClosed};
+use crate::output::tables::{Format, PipeClosed, Stdout, Table};
 use crate::output::video::played_by;
 use crate::preview::{self, Preview};
 use crate::progress::Progress;
@@ -364,7 +365,19 @@ impl TrackArgs {
         }
     }
 
-    fn plan(&self, start: &Start) -> Result<Plan> {
+    /// All files that are written, in the order of the options.
+    fn files(&self) -> impl Iterator<Item = &PathBuf> {
+        let PictureArgs { video, gif, .. } = &self.pictures;
+        self.save.iter().chain(video).chain(gif).chain(&self.summary)
+    }
+
+    /// Whether the table goes to standard output, which it does if no file and no project is given.
+    fn prints(&self) -> bool {
+        self.project.is_none() && self.files().next().is_none()
+    }
+
+    /// Checks names, duplicates and existing files, before the work starts.
+    fn check_outputs(&self, start: &Start) -> Result<(), Failure> {
         let many = matches!(start, Start::Known(targets) if targets.many);
         self.check_files(many)?;
         let inputs = [
@@ -379,9 +392,39 @@ impl TrackArgs {
         if self.live.address(&self.source)?.is_none() {
             inputs = inputs.with_source(&self.source);
         }
-        let (pictures, summary) = (self.pictures.plan(many)?, self.summary.as_deref());
-        let plan = Plan::check(&self.save, pictures, summary, self.overwrite, &inputs)?;
-        Ok(plan.with_project(self.project.is_some()))
+        self.pictures.check_crop(many)?;
+        self.save.iter().try_for_each(|file| Format::of(file).map(drop))?;
+        self.pictures.check_names()?;
+        let mut taken: Vec<PathBuf> = Vec::new();
+        for path in self.files() {
+            pending::check(path, self.overwrite)?;
+            inputs.check(path)?;
+            let place = resolved(path);
+            if taken.contains(&place) {
+                return Err(usage(format!("{} is given for two outputs", path.display()))
+                    .hint("give each its own name"));
+            }
+            taken.push(place);
+        }
+        Ok(())
+    }
+
+    fn create(&self, path: &Path) -> Result<PendingFile, Failure> {
+        PendingFile::create(path, self.overwrite)
+    }
+
+    /// Opens the outputs that receive tracked frames, before the first one.
+    fn open(&self, rate: FrameRate, expected: Option<usize>) -> Result<Vec<Box<dyn Sink>>> {
+        let mut sinks: Vec<Box<dyn Sink>> = Vec::new();
+        for path in &self.save {
+            let file = self.create(path)?.keep_partial();
+            sinks.push(Box::new(Table::new(Format::of(path)?, self.lost, file)));
+        }
+        sinks.extend(self.pictures.open(|path| self.create(path), rate, expected)?);
+        if self.prints() {
+            sinks.push(Box::new(Stdout::new(self.lost)));
+        }
+        Ok(sinks)
     }
 }
 
@@ -495,7 +538,7 @@ pub fn run(args: &TrackArgs) -> Result<()> {
     let start = args.start(project.as_ref())?;
     let config = args.settings.resolve(args.seed)?;
     let settings = Settings::new(&args.settings.preset, &config);
-    let plan = args.plan(&start)?;
+    args.check_outputs(&start)?;
     // Boxes that the project had are not added to it again.
     let project = project.map(|store| (store, !matches!(start, Start::Drawn) && !args.has_boxes()));
     let start = RunStart::of(args, start, address, &config.method)?;
@@ -504,12 +547,12 @@ pub fn run(args: &TrackArgs) -> Result<()> {
     let expected = order.count(length);
 
     let begun = Instant::now();
-    let Outputs { mut sinks, summary } =
-        plan.open(args.lost, played_by(rate, args.stride), expected)?;
+    let mut sinks = args.open(played_by(rate, args.stride), expected)?;
+    let summary = args.summary.as_deref().map(|path| args.create(path)).transpose()?;
     if let Some(video) = args.pictures.video.as_ref().filter(|_| source.sound) {
         say(&format!("note: {} has no sound: only pictures are written", video.display()));
     }
-    let progress = match plan.prints() {
+    let progress = match args.prints() {
         true => Progress::beside_table(expected, args.quiet),
         false => Progress::new(expected, args.quiet),
     };

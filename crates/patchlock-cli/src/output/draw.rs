@@ -86,7 +86,7 @@ mod tests {
     use patchlock_drawing::PANEL;
 
     use super::super::example;
-    use super::super::view::{Style, View};
+    use super::super::view::View;
     use super::*;
 
     /// The frame with targets of this status, with ids if `many`.
@@ -96,7 +96,7 @@ mod tests {
         (target.bbox, target.id) = (bbox, many.then_some(1));
         // The outline is far inside the upright box.
         target.estimate.corners = [[400.0, 400.0], [800.0, 400.0], [800.0, 600.0], [400.0, 600.0]];
-        let drawn = View::new(Style::default()).draw(&example::tracked(3, &[target]));
+        let drawn = View::new(true, None).draw(&example::tracked(3, &[target]));
         drawn.expect("draws").to_rgb()
     }
 

@@ -206,7 +206,6 @@ fn cannot_write(file: &PendingFile, error: gif::EncodingError) -> anyhow::Error 
 mod tests {
     use super::super::example;
     use super::super::pending::PendingFile;
-    use super::super::view::Style;
     use super::*;
     use patchlock::Status;
     use patchlock_media::Picture;
@@ -218,7 +217,7 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("a.gif");
         let rate = FrameRate { frames: 10, seconds: 1 };
-        let view = View::new(Style { panels: false, crop: None });
+        let view = View::new(false, None);
         let file = PendingFile::create(&path, false).expect("a file");
         let mut gif = Box::new(Gif::new(file, rate, view, megabytes, expected));
         for frame in 0..40 {

@@ -13,7 +13,6 @@ pub(crate) mod measurements;
 pub(crate) mod panels;
 pub mod partial_files;
 pub mod pending;
-pub(crate) mod plan;
 pub(crate) mod printed;
 pub(crate) mod row;
 pub(crate) mod strip;
