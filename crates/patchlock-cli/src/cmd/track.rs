@@ -27,7 +27,7 @@ use crate::output::inputs::{Inputs, resolved};
 use crate::output::pending::{self, PendingFile};
 use crate::output::row::LostPosition;
 use crate::output::summary::{Settings, Summary};
-use crate::output::tables::{Format, PipeClosed, Stdout, Table};
+use crate::output::tables::{Format, Table};
 use crate::output::video::played_by;
 use crate::preview::{self, Preview};
 use crate::progress::Progress;
@@ -422,7 +422,7 @@ impl TrackArgs {
         }
         sinks.extend(self.pictures.open(|path| self.create(path), rate, expected)?);
         if self.prints() {
-            sinks.push(Box::new(Stdout::new(self.lost)));
+            sinks.push(Box::new(Table::new(Format::Csv, self.lost, io::stdout())));
         }
         Ok(sinks)
     }
@@ -611,10 +611,16 @@ impl CompletedOutputs {
     }
 }
 
+fn is_closed_pipe(error: &Error) -> bool {
+    let error = error.downcast_ref::<io::Error>();
+    error.is_some_and(|error| error.kind() == io::ErrorKind::BrokenPipe)
+}
+
 /// The result of the run: the first error, after a note that lists the files that were kept.
 fn conclude(tracked: Result<()>, completed: CompletedOutputs, count: usize) -> Result<()> {
     let error = match tracked {
-        Err(error) if error.is::<PipeClosed>() => return Ok(()),
+        // The reader of standard output has closed it, as `head` does.
+        Err(error) if is_closed_pipe(&error) => return Ok(()),
         Err(error) => Some(error),
         Ok(()) => completed.error,
     };
