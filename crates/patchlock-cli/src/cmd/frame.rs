@@ -43,7 +43,7 @@ pub struct FrameArgs {
     source: OsString,
 
     /// Number of the frame
-    #[arg(long, value_name = "0..", default_value = "0", allow_negative_numbers = true)]
+    #[arg(long, value_name = "0..", default_value = "0")]
     at: usize,
 
     /// Draw numbered grid lines
@@ -60,7 +60,6 @@ pub struct FrameArgs {
         long,
         value_name = "10..1000",
         default_value = "100",
-        allow_negative_numbers = true,
         requires = "around",
         value_parser = clap::value_parser!(u16).range(10..=1000)
     )]

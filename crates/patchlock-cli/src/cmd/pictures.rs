@@ -2,11 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::builder::RangedU64ValueParser;
 use clap::{ArgGroup, Args};
 use patchlock_media::FrameRate;
 
-use super::on_or_off;
+use super::{on_or_off, positive};
 use crate::failure::{Failure, usage};
 use crate::output::Sink;
 use crate::output::background_sink::BackgroundSink;
@@ -40,7 +39,6 @@ pub struct PictureArgs {
         long,
         value_name = "0..51",
         default_value_t = QUALITY,
-        allow_negative_numbers = true,
         requires = "video",
         value_parser = clap::value_parser!(u8).range(0..=51)
     )]
@@ -59,16 +57,15 @@ pub struct PictureArgs {
         long,
         value_name = "1..",
         default_value = "8",
-        allow_negative_numbers = true,
         requires = "gif",
-        value_parser = RangedU64ValueParser::<usize>::new().range(1..)
+        value_parser = positive::<usize>()
     )]
     gif_mb: usize,
 
     /// Show only the part around the target in --video and --gif
     ///
     /// It is this many times as wide as the larger side of the target's box. Only for a single target.
-    #[arg(long, value_name = "1..20", allow_negative_numbers = true, requires = "pictures")]
+    #[arg(long, value_name = "1..20", requires = "pictures")]
     crop: Option<f64>,
 
     /// Panels with score and patches in --video and --gif [default: on]

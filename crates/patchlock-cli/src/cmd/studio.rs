@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use clap::Args;
-use clap::builder::RangedU64ValueParser;
 use etcetera::BaseStrategy as _;
 use patchlock_media::{Helper, Limits};
 use patchlock_studio::project;
@@ -14,7 +13,7 @@ use patchlock_track::files;
 
 use super::hosts::HostArgs;
 use super::settings::SettingsArgs;
-use super::{LimitArgs, THREADS_SHOWN, threads};
+use super::{LimitArgs, THREADS_SHOWN, positive, threads};
 use crate::failure::{Failure, failed, say, usage};
 use crate::interrupt;
 use crate::output::printed::print;
@@ -52,7 +51,7 @@ pub struct StudioArgs {
     videos: Vec<PathBuf>,
 
     /// Port to listen on; with 0 the system chooses a free one
-    #[arg(long, value_name = "0..65535", default_value = "0", allow_negative_numbers = true)]
+    #[arg(long, value_name = "0..65535", default_value = "0")]
     port: u16,
 
     /// Address to listen on. With another address, other machines can open the page with the token,
@@ -85,15 +84,14 @@ pub struct StudioArgs {
     uploads: PathBuf,
 
     /// Largest upload in MB
-    #[arg(long, value_name = "1..", default_value = "4096", allow_negative_numbers = true,
-        value_parser = RangedU64ValueParser::<u64>::new().range(1..))]
+    #[arg(long, value_name = "1..", default_value = "4096", value_parser = positive::<u64>())]
     max_upload: u64,
 
     #[command(flatten)]
     settings: SettingsArgs,
 
     /// Number of threads [default: one per core]; it does not change the boxes
-    #[arg(long, value_name = THREADS_SHOWN, allow_negative_numbers = true, value_parser = threads())]
+    #[arg(long, value_name = THREADS_SHOWN, value_parser = threads())]
     threads: Option<usize>,
 
     #[command(flatten)]

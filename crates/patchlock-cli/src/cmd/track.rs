@@ -7,7 +7,6 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use anyhow::{Error, Result};
-use clap::builder::RangedU64ValueParser;
 use clap::{ArgGroup, Args};
 use patchlock::Method;
 use patchlock_media::live::Address;
@@ -19,7 +18,7 @@ use super::hosts::HostArgs;
 use super::input::{self, LiveArgs};
 use super::pictures::PictureArgs;
 use super::settings::SettingsArgs;
-use super::{LimitArgs, SEEDS_SHOWN, THREADS_SHOWN, seed, threads};
+use super::{LimitArgs, SEEDS_SHOWN, THREADS_SHOWN, positive, seed, threads};
 use crate::failure::{Failure, interrupted, say, usage};
 use crate::interrupt;
 use crate::output::Sink;
@@ -189,26 +188,19 @@ pub struct TrackArgs {
         long,
         value_name = "1..",
         default_value = "500",
-        allow_negative_numbers = true,
-        value_parser = RangedU64ValueParser::<usize>::new().range(1..),
+        value_parser = positive::<usize>(),
         help_heading = TARGETS
     )]
     max_targets: usize,
 
     /// First frame of the range
-    #[arg(
-        long,
-        value_name = "0..",
-        default_value = "0",
-        allow_negative_numbers = true,
-        help_heading = FRAMES
-    )]
+    #[arg(long, value_name = "0..", default_value = "0", help_heading = FRAMES)]
     start: usize,
 
     /// End of the range, exclusive [default: all frames]
     ///
     /// --start 10 --end 20 tracks frames 10 to 19.
-    #[arg(long, value_name = "0..", allow_negative_numbers = true, help_heading = FRAMES)]
+    #[arg(long, value_name = "0..", help_heading = FRAMES)]
     end: Option<usize>,
 
     /// Take every Nth frame of the range
@@ -216,8 +208,7 @@ pub struct TrackArgs {
         long,
         value_name = "1..",
         default_value = "1",
-        allow_negative_numbers = true,
-        value_parser = RangedU64ValueParser::<usize>::new().range(1..),
+        value_parser = positive::<usize>(),
         help_heading = FRAMES
     )]
     stride: usize,
@@ -238,23 +229,11 @@ pub struct TrackArgs {
     /// Seed of the random numbers [default: the seed in the settings]
     ///
     /// The same seed gives the same boxes.
-    #[arg(
-        long,
-        value_name = SEEDS_SHOWN,
-        allow_negative_numbers = true,
-        value_parser = seed(),
-        help_heading = TRACKER
-    )]
+    #[arg(long, value_name = SEEDS_SHOWN, value_parser = seed(), help_heading = TRACKER)]
     seed: Option<u64>,
 
     /// Number of threads [default: one per core]; it does not change the boxes
-    #[arg(
-        long,
-        value_name = THREADS_SHOWN,
-        allow_negative_numbers = true,
-        value_parser = threads(),
-        help_heading = TRACKER
-    )]
+    #[arg(long, value_name = THREADS_SHOWN, value_parser = threads(), help_heading = TRACKER)]
     threads: Option<usize>,
 
     /// Positions in tables while a target is lost
@@ -269,13 +248,7 @@ pub struct TrackArgs {
     summary: Option<PathBuf>,
 
     /// Port of the page of --select and --preview; with 0 the system chooses a free one
-    #[arg(
-        long,
-        value_name = "0..65535",
-        default_value = "0",
-        allow_negative_numbers = true,
-        help_heading = OUTPUT
-    )]
+    #[arg(long, value_name = "0..65535", default_value = "0", help_heading = OUTPUT)]
     port: u16,
 
     /// Print the address of the page without opening a browser
