@@ -14,8 +14,8 @@ use patchlock_media::{Feed, FrameRate, Limits, Order, Picture, Prefetcher};
 use patchlock_studio::project::Store;
 use patchlock_studio::server::window::Window;
 
-use super::hosts::HostArgs;
 use super::input::{self, LiveArgs};
+use super::page::PageArgs;
 use super::pictures::PictureArgs;
 use super::settings::SettingsArgs;
 use super::{LimitArgs, SEEDS_SHOWN, THREADS_SHOWN, positive, seed, threads};
@@ -247,16 +247,8 @@ pub struct TrackArgs {
     #[arg(long, value_name = "FILE.json", help_heading = OUTPUT)]
     summary: Option<PathBuf>,
 
-    /// Port of the page of --select and --preview; with 0 the system chooses a free one
-    #[arg(long, value_name = "0..65535", default_value = "0", help_heading = OUTPUT)]
-    port: u16,
-
-    /// Print the address of the page without opening a browser
-    #[arg(long, help_heading = OUTPUT)]
-    no_open: bool,
-
     #[command(flatten, next_help_heading = OUTPUT)]
-    hosts: HostArgs,
+    page: PageArgs,
 
     /// No progress bar
     ///
@@ -474,7 +466,7 @@ impl RunStart {
             // Who has read the address of the page may press Ctrl-C before the source is open.
             interrupt::listen()?;
         }
-        let open = || preview::open(args.port, args.hosts.hosts(), !args.no_open);
+        let open = || preview::open(args.page.port, args.page.hosts(), !args.page.no_open);
         let page = page.then(open).transpose()?;
         let mut source = InputSource::of(args, address, args.limits.limits())?;
         let mut targets = start.targets(source.first)?;
