@@ -259,7 +259,7 @@ fn panel(
     let rgb = picture.to_rgb();
     let rows = rgb.chunks_exact(picture.width * 3).skip(top).take(side);
     let part = rows.flat_map(|row| &row[left * 3..(left + side) * 3]).copied().collect();
-    let targets = [target.shifted(-(left as f64), -(top as f64))];
+    let targets = [target.placed([left, top].map(|at| at as f64), 1.0)];
     let part = Arc::new(Picture::rgb(side, side, part));
     let part = TrackedFrame { frame, ms, targets: &targets, picture: &part };
     let estimate = &target.estimate;

@@ -6,6 +6,7 @@ use anyhow::{Context, Result};
 use gif::{Encoder, Frame, Repeat};
 use image::{RgbImage, imageops};
 use patchlock_media::FrameRate;
+use patchlock_track::files;
 
 use super::pending::PendingFile;
 use super::view::View;
@@ -30,7 +31,7 @@ const FRAME_OF_FILE: usize = 64;
 
 /// Fails if the name does not end in `.gif`.
 pub fn check_name(path: &Path) -> Result<(), Failure> {
-    if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("gif")) {
+    if files::ends_with(path, "gif") {
         return Ok(());
     }
     Err(usage(format!("--gif {}: the name must end in .gif", path.display()))

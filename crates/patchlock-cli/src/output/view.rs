@@ -78,7 +78,7 @@ impl Crop {
         let area = Area { x: x as f32, y: y as f32, w: side as f32, h: side as f32 };
         let part = frame.part(area, self.pixels).context("the video has no pixels")?;
         let scale = self.pixels as f64 / side;
-        Ok((part, target.shifted(-x, -y).scaled(scale)))
+        Ok((part, target.placed([x, y], scale)))
     }
 }
 
