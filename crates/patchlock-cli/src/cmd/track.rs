@@ -541,16 +541,20 @@ pub fn run(args: &TrackArgs) -> Result<()> {
     let even = rate.filter(|_| !is_live);
     let numbers = Summary::new(run.measurements(), even, settings, run.threads());
     let count = numbers.frames;
-    let mut completed = CompletedOutputs::default();
+    let (mut error, mut files) = (tracked.err(), Vec::new());
+    let mut complete = |finished: Result<Option<PathBuf>>| match finished {
+        Ok(file) => files.extend(file),
+        Err(failed) => drop(error.get_or_insert(failed)),
+    };
     if count > 0 {
-        run.into_sinks().into_iter().for_each(|sink| completed.add(sink.finish()));
+        run.into_sinks().into_iter().for_each(|sink| complete(sink.finish()));
     }
     let numbers = numbers.with_run(begun.elapsed().as_secs_f64(), feed.dropped());
     progress.finish(&numbers.to_string());
     if count > 0 {
-        summary.into_iter().for_each(|file| completed.add(numbers.write(file).map(Some)));
+        summary.into_iter().for_each(|file| complete(numbers.write(file).map(Some)));
     }
-    conclude(tracked, completed, count)
+    conclude(error, &files, count)
 }
 
 fn nothing_to_track(order: &Order) -> Error {
@@ -560,38 +564,17 @@ fn nothing_to_track(order: &Order) -> Error {
     Failure::from(order.nothing()).into()
 }
 
-/// The completed outputs, and the first error while completing them.
-#[derive(Default)]
-struct CompletedOutputs {
-    files: Vec<PathBuf>,
-    error: Option<Error>,
-}
-
-impl CompletedOutputs {
-    fn add(&mut self, finished: Result<Option<PathBuf>>) {
-        match finished {
-            Ok(file) => self.files.extend(file),
-            Err(error) => self.error = self.error.take().or(Some(error)),
-        }
-    }
-}
-
 fn is_closed_pipe(error: &Error) -> bool {
     let error = error.downcast_ref::<io::Error>();
     error.is_some_and(|error| error.kind() == io::ErrorKind::BrokenPipe)
 }
 
 /// The result of the run: the first error, after a note that lists the files that were kept.
-fn conclude(tracked: Result<()>, completed: CompletedOutputs, count: usize) -> Result<()> {
-    let error = match tracked {
-        // The reader of standard output has closed it, as `head` does.
-        Err(error) if is_closed_pipe(&error) => return Ok(()),
-        Err(error) => Some(error),
-        Ok(()) => completed.error,
-    };
-    let names: Vec<String> =
-        completed.files.iter().map(|file| file.display().to_string()).collect();
+fn conclude(error: Option<Error>, files: &[PathBuf], count: usize) -> Result<()> {
+    let names: Vec<String> = files.iter().map(|file| file.display().to_string()).collect();
     match error {
+        // The reader of standard output has closed it, as `head` does.
+        Some(error) if is_closed_pipe(&error) => Ok(()),
         Some(error) => {
             if !names.is_empty() {
                 say(&format!(
