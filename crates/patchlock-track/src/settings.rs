@@ -28,38 +28,23 @@ pub fn basis<'a>(name: &'a str, config: &TrackerConfig) -> &'a str {
 }
 
 /// Settings that take precedence over a settings file.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct Overrides<'a> {
     /// Any settings, as `NAME=VALUE`. Words need no quotes.
     pub set: &'a [String],
     /// The seed of the random numbers; it takes precedence over one in `set`.
     pub seed: Option<u64>,
-    /// The network, as in [`ModelPaths::model`]; it takes precedence over that of a settings file.
-    pub model: Option<&'a Path>,
-    /// The library of onnxruntime that runs the network, instead of the built-in runtime; it takes
-    /// precedence over that of a settings file.
-    pub runtime: Option<&'a Path>,
+    /// The network and what runs it.
+    pub paths: ModelPaths,
 }
 
 /// The configuration of a preset, with the settings of a file and then the overrides applied, and
-/// with the network that the method needs.
+/// with the network that the method needs; and the files of that network.
 ///
 /// # Errors
-/// [`Error`] if the preset is unknown, a file cannot be read or is invalid, or a setting
-/// is unknown, has no effect with the method, or is out of range.
+/// [`Error`] if the preset is unknown, a file cannot be read or is invalid, or a setting is
+/// unknown, has no effect with the method, or is out of range.
 pub fn resolve(
-    name: &str,
-    file: Option<&Path>,
-    overrides: Overrides<'_>,
-) -> Result<TrackerConfig, Error> {
-    resolve_with_paths(name, file, overrides).map(|(config, _)| config)
-}
-
-/// As [`resolve`], with the files of the network.
-///
-/// # Errors
-/// As [`resolve`].
-pub fn resolve_with_paths(
     name: &str,
     file: Option<&Path>,
     overrides: Overrides<'_>,
@@ -78,8 +63,8 @@ pub fn resolve_with_paths(
     }
     config.validate().map_err(invalid)?;
     let paths = ModelPaths {
-        model: overrides.model.map(Path::to_path_buf).or(paths.model),
-        runtime: overrides.runtime.map(Path::to_path_buf).or(paths.runtime),
+        model: overrides.paths.model.or(paths.model),
+        runtime: overrides.paths.runtime.or(paths.runtime),
     };
     config.network = paths.network(&config.method)?;
     Ok((config, paths))
@@ -187,23 +172,7 @@ fn apply(config: &mut TrackerConfig, settings: toml::Table) -> Result<(), patchl
 /// What TOML has and settings have not becomes a word, which is of the wrong kind or none of the
 /// choices.
 fn to_value(value: &toml::Value) -> Value {
-    match value {
-        toml::Value::Boolean(flag) => Value::Flag(*flag),
-        toml::Value::Integer(number) => Value::Whole(*number),
-        toml::Value::Float(number) => Value::Number(*number),
-        toml::Value::String(word) => Value::Word(word.clone()),
-        other => Value::Word(other.to_string()),
-    }
-}
-
-/// A value as a settings file writes it.
-pub fn to_toml(value: &Value) -> toml::Value {
-    match value {
-        Value::Flag(flag) => toml::Value::Boolean(*flag),
-        Value::Whole(number) => toml::Value::Integer(*number),
-        Value::Number(number) => toml::Value::Float(*number),
-        Value::Word(word) => toml::Value::String(word.clone()),
-    }
+    value.clone().try_into().unwrap_or_else(|_| Value::Word(value.to_string()))
 }
 
 /// The kinds of the values that a setting takes, and their range, in words.
@@ -238,7 +207,8 @@ mod tests {
         let file = folder.path().join("my.toml");
         std::fs::write(&file, text).unwrap();
         let set: Vec<String> = set.iter().map(|text| (*text).to_owned()).collect();
-        resolve(preset, Some(&file), Overrides { set: &set, ..Overrides::default() })
+        let set = Overrides { set: &set, ..Overrides::default() };
+        resolve(preset, Some(&file), set).map(|(config, _)| config)
     }
 
     #[test]
@@ -266,8 +236,14 @@ mod tests {
     #[test]
     fn a_network_is_loaded_where_the_method_can_use_one() {
         let path = Path::new(MADE_UP);
-        let given = Overrides { model: Some(path), ..Overrides::default() };
-        let (config, paths) = resolve_with_paths("network", None, given).unwrap();
+        let with = |model: &Path, runtime: Option<&Path>| Overrides {
+            paths: ModelPaths {
+                model: Some(model.into()),
+                runtime: runtime.map(Path::to_path_buf),
+            },
+            ..Overrides::default()
+        };
+        let (config, paths) = resolve("network", None, with(path, None)).unwrap();
         let network = config.network.expect("is loaded");
         assert_eq!((network.name(), paths.model.as_deref()), ("VitTrack", Some(path)));
         for preset in ["network", "robust"] {
@@ -275,14 +251,13 @@ mod tests {
             assert_eq!(in_file.network.as_ref(), Some(&network));
         }
         let error = |preset, overrides| resolve(preset, None, overrides).expect_err("is refused");
-        let none = Overrides { model: Some(Path::new("none")), ..Overrides::default() };
-        let missing = error("network", none);
-        assert_eq!(resolve("robust", None, none).unwrap().network, None);
+        let none = Path::new("none");
+        let missing = error("network", with(none, None));
+        assert_eq!(resolve("robust", None, with(none, None)).unwrap().0.network, None);
         assert_eq!(resolved("robust", "model = \"none\"", &[]).unwrap().network, None);
         assert!(matches!(missing, Error::MissingModel("network")), "{missing}");
-        assert!(matches!(error("paper", given), Error::UnusedModel(..)));
-        let library = Overrides { runtime: Some(path), ..none };
-        assert!(matches!(error("robust", library), Error::UnusedRuntime(_)));
+        assert!(matches!(error("paper", with(path, None)), Error::UnusedModel(..)));
+        assert!(matches!(error("robust", with(none, Some(path))), Error::UnusedRuntime(_)));
     }
 
     #[test]
