@@ -7,8 +7,8 @@ use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
-use patchlock_bench::bench::store::temporary_in;
 use patchlock_media::without_path;
+use patchlock_track::files::{folder_of, temporary_in};
 use tempfile::NamedTempFile;
 
 use super::partial_files::{self, PartialFileGuard};
@@ -50,14 +50,9 @@ pub fn check(target: &Path, overwrite: bool) -> Result<(), Failure> {
             target.display(),
             folder.display()
         ))
-        .hint(format!("mkdir -p {} creates it", quoted(&folder))));
+        .hint(format!("mkdir -p {} creates it", quoted(folder))));
     }
     Ok(())
-}
-
-fn folder_of(target: &Path) -> PathBuf {
-    let parent = target.parent().filter(|parent| !parent.as_os_str().is_empty());
-    parent.unwrap_or(Path::new(".")).to_path_buf()
 }
 
 impl PendingFile {
@@ -73,7 +68,7 @@ impl PendingFile {
                 .open(&target)
                 .map(|file| Writer::Direct(BufWriter::new(file)))
         } else {
-            temporary_in(&folder_of(&target)).map(|file| {
+            temporary_in(folder_of(&target)).map(|file| {
                 let registered = PartialFileGuard::new(file.path(), &target, overwrite);
                 Writer::Temporary(BufWriter::new(file), registered)
             })
