@@ -517,10 +517,9 @@ pub fn run(args: &TrackArgs) -> Result<()> {
     if let Some(video) = args.pictures.video.as_ref().filter(|_| source.sound) {
         say(&format!("note: {} has no sound: only pictures are written", video.display()));
     }
-    let progress = match args.prints() {
-        true => Progress::beside_table(expected, args.quiet),
-        false => Progress::new(expected, args.quiet),
-    };
+    // On the same terminal, the bar would mix with the rows, which show the progress anyway.
+    let has_rows = args.prints() && io::stdout().is_terminal();
+    let progress = Progress::new(expected, args.quiet || has_rows);
     if let Some((store, known)) = project {
         sinks.push(Box::new(project::Output::new(store, &targets, known)));
     }

@@ -8,7 +8,6 @@ pub mod draw;
 pub(crate) mod example;
 pub(crate) mod gif;
 pub(crate) mod inputs;
-mod many;
 pub(crate) mod measurements;
 pub(crate) mod panels;
 pub mod partial_files;
