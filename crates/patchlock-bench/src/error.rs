@@ -87,12 +87,6 @@ pub enum Error {
     Track(#[from] patchlock_track::Error),
 }
 
-impl From<patchlock_track::settings::SettingsError> for Error {
-    fn from(error: patchlock_track::settings::SettingsError) -> Self {
-        Self::Track(error.into())
-    }
-}
-
 impl From<patchlock_media::Error> for Error {
     fn from(error: patchlock_media::Error) -> Self {
         Self::Track(error.into())

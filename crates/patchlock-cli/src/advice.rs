@@ -5,8 +5,7 @@ use patchlock::{NetworkError, Parameter};
 use patchlock_bench::dataset::selection::SelectionError;
 use patchlock_media::{FrameFault, RangeError};
 use patchlock_studio::project;
-use patchlock_track::ModelError;
-use patchlock_track::settings::{Origin, SettingsError, allowed};
+use patchlock_track::settings::allowed;
 
 /// Describes the syntax of a box on the command line.
 pub const BOX: &str = "a box is X,Y,W,H in pixels: left and top edge counted from 0, width and height, such \
@@ -103,17 +102,11 @@ fn frame_hint(fault: FrameFault) -> String {
 }
 
 pub fn track_message(error: &patchlock_track::Error) -> String {
+    use patchlock_track::Error;
     match error {
-        patchlock_track::Error::Media(error) => media_message(error),
-        patchlock_track::Error::Settings(error) => settings_message(error),
-        error => error.to_string(),
-    }
-}
-
-fn settings_message(error: &SettingsError) -> String {
-    match error {
-        SettingsError::Setting { origin: Origin::Single, error } => format!("--set: {error}"),
-        SettingsError::Assignment { .. } => format!("--set: {error}"),
+        Error::Media(error) => media_message(error),
+        Error::Setting(None, error) => format!("--set: {error}"),
+        Error::Assignment(_) => format!("--set: {error}"),
         error => error.to_string(),
     }
 }
@@ -121,54 +114,34 @@ fn settings_message(error: &SettingsError) -> String {
 pub fn track_hint(error: &patchlock_track::Error) -> Option<String> {
     use patchlock_track::Error;
     let hint = match error {
-        Error::Settings(error) => return settings_hint(error),
         Error::Media(error) => return media_hint(error),
-        Error::LinkOutside { .. } => "look at what it leads to; --follow-links copies it",
+        Error::LinkOutside(..) => "look at what it leads to; --follow-links copies it",
         Error::Export(_) => "patchlock export --help describes what each format needs",
-        Error::StartBoxShape { .. } => BOX,
-        Error::StartBoxOutside { .. } => {
+        Error::StartBoxShape(..) => BOX,
+        Error::StartBoxOutside(..) => {
             "the box is for the first tracked frame; with --reverse that is the last frame of the range"
+        }
+        Error::Settings(..) => "patchlock config > my.toml writes one to start from",
+        Error::Assignment(_) => "write it as search=7; patchlock config shows all settings",
+        Error::Setting(_, patchlock::Error::UnknownSetting { .. }) => {
+            let all = "patchlock config shows all settings";
+            return Some(error.advice().map_or(all.to_string(), |near| format!("{near} {all}")));
+        }
+        Error::Setting(_, error) => return setting_hint(error),
+        Error::MissingModel(_) => "leave out --model none, or give another network",
+        Error::UnusedModel(..) | Error::UnusedRuntime(_) => {
+            "the presets robust and network use one"
+        }
+        Error::Model(_, NetworkError::Family { .. }) => {
+            "patchlock model --help lists the networks that can be used"
+        }
+        Error::Runtime(_) => {
+            "--runtime takes the library of onnxruntime 1.17 or later; without it, the built-in \
+             runtime is used"
         }
         _ => return error.advice(),
     };
     Some(hint.to_string())
-}
-
-fn settings_hint(error: &SettingsError) -> Option<String> {
-    match error {
-        SettingsError::Unreadable { .. } => {
-            Some("patchlock config > my.toml writes one to start from".to_string())
-        }
-        SettingsError::Assignment { .. } => {
-            Some("write it as search=7; patchlock config shows all settings".to_string())
-        }
-        SettingsError::Setting { error: patchlock::Error::UnknownSetting { .. }, .. } => {
-            let all = "patchlock config shows all settings";
-            Some(error.advice().map_or(all.to_string(), |near| format!("{near} {all}")))
-        }
-        SettingsError::Setting { error, .. } => setting_hint(error),
-        SettingsError::Model(error) => model_hint(error),
-        _ => error.advice(),
-    }
-}
-
-/// The hint for a network that cannot be loaded.
-fn model_hint(error: &ModelError) -> Option<String> {
-    Some(match error {
-        ModelError::Missing { .. } => "leave out --model none, or give another network".to_string(),
-        ModelError::Unused { .. } | ModelError::UnusedRuntime { .. } => {
-            "the presets robust and network use one".to_string()
-        }
-        ModelError::Unusable { error: NetworkError::Family { .. }, .. } => {
-            "patchlock model --help lists the networks that can be used".to_string()
-        }
-        ModelError::Runtime(_) => {
-            "--runtime takes the library of onnxruntime 1.17 or later; without it, the built-in \
-             runtime is used"
-                .to_string()
-        }
-        _ => return error.advice(),
-    })
 }
 
 fn setting_hint(error: &patchlock::Error) -> Option<String> {

@@ -5,7 +5,6 @@ use std::fmt;
 use std::io::{self, Write as _};
 
 use patchlock_track::names::plain;
-use patchlock_track::settings::SettingsError;
 
 use crate::advice;
 
@@ -94,12 +93,6 @@ impl From<patchlock_bench::Error> for Failure {
     fn from(error: patchlock_bench::Error) -> Self {
         let (message, hint) = (advice::bench_message(&error), advice::bench_hint(&error));
         Self { exit: Exit::of(error.is_misuse()), message, hint }
-    }
-}
-
-impl From<SettingsError> for Failure {
-    fn from(error: SettingsError) -> Self {
-        patchlock_track::Error::from(error).into()
     }
 }
 

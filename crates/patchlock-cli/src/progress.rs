@@ -1,6 +1,6 @@
 //! The progress bar, shown only on a terminal.
 
-use std::io::IsTerminal;
+use std::io::{self, IsTerminal as _};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -24,17 +24,7 @@ pub struct Progress {
 impl Progress {
     /// A bar for this number of frames; `None` if the number is unknown.
     pub fn new(frames: Option<usize>, quiet: bool) -> Self {
-        Self::with_visibility(frames, !quiet && std::io::stderr().is_terminal())
-    }
-
-    /// The same when a table goes to standard output. If that is a terminal too, the bar is hidden:
-    /// it would mix with the rows, which show the progress anyway.
-    pub fn beside_table(frames: Option<usize>, quiet: bool) -> Self {
-        let (bar, table) = (std::io::stderr().is_terminal(), std::io::stdout().is_terminal());
-        Self::with_visibility(frames, visible_beside_table(quiet, bar, table))
-    }
-
-    fn with_visibility(frames: Option<usize>, visible: bool) -> Self {
+        let visible = !quiet && io::stderr().is_terminal();
         let target =
             if visible { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
         let bar = ProgressBar::with_draw_target(frames.map(|count| count as u64), target);
@@ -98,11 +88,6 @@ fn state(targets: &[TargetResult]) -> String {
     }
 }
 
-/// Whether a bar is shown. `bar` and `table` tell whether their streams are terminals.
-fn visible_beside_table(quiet: bool, bar: bool, table: bool) -> bool {
-    !quiet && bar && !table
-}
-
 /// A progress bar over the frames of many runs.
 pub struct RunsProgress {
     bar: Progress,
@@ -164,14 +149,5 @@ mod tests {
         assert_eq!(state(&[target(Status::Lost)]), "lost");
         let two = [target(Status::Lost), target(Status::Tracked)];
         assert_eq!(state(&two), "2 targets, 1 lost");
-    }
-
-    #[test]
-    fn the_bar_is_hidden_if_the_table_is_on_the_terminal() {
-        assert!(!visible_beside_table(false, true, true), "both on the terminal");
-        assert!(visible_beside_table(false, true, false), "the table goes to a file");
-        assert!(
-            !visible_beside_table(false, false, false) && !visible_beside_table(true, true, false)
-        );
     }
 }

@@ -86,8 +86,8 @@ pub struct Output {
     known: bool,
     /// Starts of targets: frame (`None` for the first) and id.
     starts: Vec<(Option<usize>, u64)>,
-    /// What is known of each target, ordered by their ids.
-    boxes: Vec<(u64, Boxes)>,
+    /// What is known of each target, by its id.
+    boxes: BTreeMap<u64, Boxes>,
     begun: bool,
 }
 
@@ -95,7 +95,7 @@ impl Output {
     /// An output for these targets: those of the project if they are `known`, or new ones.
     pub fn new(store: Store, targets: &Targets, known: bool) -> Self {
         let starts = targets.starts().collect();
-        Self { store, known, starts, boxes: Vec::new(), begun: false }
+        Self { store, known, starts, boxes: BTreeMap::new(), begun: false }
     }
 
     fn edits(&mut self) -> Vec<Edit> {
@@ -141,14 +141,9 @@ impl Sink for Output {
                 .starts
                 .iter()
                 .any(|&(at, other)| other == id && at.map_or(!self.begun, |at| at == frame.frame));
-            let k = self.boxes.binary_search_by_key(&id, |(id, _)| *id).unwrap_or_else(|k| {
-                self.boxes.insert(k, (id, Boxes::default()));
-                k
-            });
-            let boxes = &mut self.boxes[k].1;
+            let boxes = self.boxes.entry(id).or_default();
             if is_start {
-                let key = project::Key::new(target.bbox);
-                boxes.keys.insert(frame.frame, key);
+                boxes.keys.insert(frame.frame, project::Key::new(target.bbox));
             } else {
                 boxes.tracked.insert(frame.frame, FrameEstimate::from(&target.estimate).into());
             }

@@ -1,14 +1,15 @@
 //! One run over frames: passes each frame to the tracker and the results to the outputs. `track`
 //! and `demo` use it.
 
+use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
 use anyhow::Result;
-use patchlock::{BoundingBox, TrackerConfig};
+use patchlock::{BoundingBox, MultiTracker, TargetId, TrackerConfig};
 use patchlock_media::Picture;
 use patchlock_studio::server::window::{RedrawnTarget, Window};
-use patchlock_track::many_targets::ManyTargets;
-use patchlock_track::session;
+use patchlock_track::session::{self, timed_on};
+use rayon::ThreadPool;
 
 use crate::failure::{Failure, failed, usage};
 use crate::interrupt;
@@ -19,7 +20,10 @@ use crate::targets::{Event, Names, Targets};
 
 /// A tracker with its outputs and its measurements.
 pub struct Run {
-    tracker: ManyTargets,
+    tracker: MultiTracker,
+    pool: Arc<ThreadPool>,
+    /// The tracker's ids of the targets by those of the user.
+    ids: BTreeMap<u64, TargetId>,
     sinks: Vec<Box<dyn Sink>>,
     /// Whether the rows contain the ids of the targets.
     with_ids: bool,
@@ -40,7 +44,9 @@ impl Run {
     ) -> Result<Self> {
         let pool = session::pool(threads).map_err(Failure::from)?;
         Ok(Self {
-            tracker: ManyTargets::new(config, pool)?,
+            tracker: MultiTracker::new(config)?,
+            pool,
+            ids: BTreeMap::new(),
             sinks,
             with_ids: targets.many,
             names: targets.names.clone(),
@@ -57,7 +63,7 @@ impl Run {
     }
 
     pub fn threads(&self) -> usize {
-        self.tracker.threads()
+        self.pool.current_num_threads()
     }
 
     pub fn measurements(&self) -> &Measurements {
@@ -102,8 +108,13 @@ impl Run {
             let RedrawnTarget { id, frame, picture, bbox: bbox @ BoundingBox { x, y, w, h } } =
                 redrawn;
             let called = id.map_or_else(|| "the target".to_string(), |id| format!("target {id}"));
-            // A single target has the first id.
-            match self.tracker.restart(id.unwrap_or(1), &picture.frame()?, bbox) {
+            let pixels = picture.frame()?;
+            let Self { tracker, pool, ids, .. } = self;
+            // A single target has the first id. One that has ended stays so.
+            let restarted = ids.get(&id.unwrap_or(1)).map_or(Ok(()), |&known| {
+                pool.install(|| tracker.restart(known, &pixels, bbox).map(|_| ()))
+            });
+            match restarted {
                 Ok(()) => progress
                     .note(&format!("note: {called} restarts on frame {frame} at {x},{y},{w},{h}")),
                 Err(error) => progress.note(&format!("note: {called} does not restart: {error}")),
@@ -123,21 +134,36 @@ impl Run {
         self.check_size(index, picture)?;
         let frame = picture.frame()?;
         for event in events.iter().filter(|event| event.bbox.is_none()) {
-            if !self.tracker.end(event.id)? {
-                return Err(not_tracked(event.id, index).into());
-            }
+            let known = self.ids.remove(&event.id).ok_or_else(|| not_tracked(event.id, index))?;
+            self.tracker.remove(known)?;
         }
-        let begin: Vec<_> =
+        let begin: BTreeMap<u64, BoundingBox> =
             events.iter().filter_map(|event| Some((event.id, event.bbox?))).collect();
-        let (found, seconds) = self
-            .tracker
-            .step(&frame, &begin)
-            .map_err(|error| failed(format!("the tracker stopped in frame {index}: {error}")))?;
-        let seen = found.into_iter().map(|target| TargetResult {
-            id: self.with_ids.then_some(target.id),
-            name: self.names.get(&target.id).cloned(),
-            bbox: target.bbox,
-            estimate: target.estimate,
+        let Self { tracker, pool, ids, .. } = self;
+        let step = timed_on(pool, || {
+            if !ids.is_empty() {
+                tracker.update(&frame)?;
+            }
+            for (&id, &bbox) in &begin {
+                if let Some(&known) = ids.get(&id) {
+                    tracker.restart(known, &frame, bbox)?;
+                } else {
+                    ids.insert(id, tracker.add(&frame, bbox)?.id);
+                }
+            }
+            Ok(())
+        });
+        let ((), seconds) = step.map_err(|error: patchlock::Error| {
+            failed(format!("the tracker stopped in frame {index}: {error}"))
+        })?;
+        let estimates: HashMap<_, _> =
+            tracker.tracked().iter().map(|target| (target.id, &target.estimate)).collect();
+        let seen = ids.iter().map(|(id, known)| {
+            let estimate = estimates[known].clone();
+            // The given box in the frame where it starts.
+            let bbox = begin.get(id).copied().unwrap_or(estimate.bbox);
+            let name = self.names.get(id).cloned();
+            TargetResult { id: self.with_ids.then_some(*id), name, bbox, estimate }
         });
         let (seen, ms) = (seen.collect::<Vec<_>>(), seconds * 1e3);
         self.measurements.add(index, &seen, ms);

@@ -26,12 +26,12 @@ pub fn settings(data: &[u8]) {
     let set: Vec<String> = set.lines().map(str::to_owned).collect();
     let options = Overrides { set: &set, ..Overrides::default() };
     match resolve(preset, file.as_deref(), options) {
-        Ok(config) => {
+        Ok((config, _)) => {
             config.validate().expect("what was resolved is valid");
             let text = toml::to_string(&config).expect("a configuration can be written");
             let file = scratch.file("again.toml", text.as_bytes());
             let again = resolve(preset, Some(&file), Overrides::default());
-            assert_eq!(again.expect("what was written can be read"), config);
+            assert_eq!(again.expect("what was written can be read").0, config);
         }
         Err(error) => {
             let failure = Failure::from(error);

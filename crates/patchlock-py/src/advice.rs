@@ -5,8 +5,6 @@ use patchlock::NetworkError;
 use patchlock_bench::dataset::selection::SelectionError;
 use patchlock_media::{FrameFault, RangeError};
 use patchlock_studio::project;
-use patchlock_track::ModelError;
-use patchlock_track::settings::SettingsError;
 
 const BOX: &str =
     "a box is (x, y, w, h) in pixels: left and top edge counted from 0, width and height";
@@ -111,16 +109,16 @@ fn track_advice(error: &patchlock_track::Error) -> Option<String> {
     use patchlock_track::Error;
     let advice = match error {
         Error::Media(error) => return media_advice(error),
-        Error::StartBoxShape { .. } => BOX,
-        Error::StartBoxOutside { .. } => {
+        Error::StartBoxShape(..) => BOX,
+        Error::StartBoxOutside(..) => {
             "the box is for the first tracked frame; with reverse=True that is the last frame of the \
              range"
         }
-        Error::Settings(SettingsError::Model(ModelError::Missing { .. })) => MODEL,
-        Error::Settings(SettingsError::Model(
-            ModelError::Unused { .. } | ModelError::UnusedRuntime { .. },
-        )) => "the presets robust and network use one",
-        Error::Settings(SettingsError::Model(ModelError::Runtime(_))) => {
+        Error::MissingModel(_) => MODEL,
+        Error::UnusedModel(..) | Error::UnusedRuntime(_) => {
+            "the presets robust and network use one"
+        }
+        Error::Runtime(_) => {
             "runtime= takes the library of onnxruntime 1.17 or later; without it, the built-in runtime \
              is used"
         }

@@ -16,7 +16,7 @@ use patchlock_cli::output::background_sink::BackgroundSink;
 use patchlock_cli::output::partial_files;
 use patchlock_cli::output::pending::PendingFile;
 use patchlock_cli::output::video::{QUALITY, Video, played_by};
-use patchlock_cli::output::view::{Style, View};
+use patchlock_cli::output::view::View;
 use patchlock_cli::output::{Sink, TargetResult, TrackedFrame};
 use patchlock_media::FrameRate;
 use patchlock_track::{ModelPaths, text};
@@ -224,7 +224,7 @@ impl FrameObserver for RunVideo {
         fs::create_dir_all(folder).map_err(|error| self.error(&error))?;
         let pending = PendingFile::create(&self.file, true);
         let pending = pending.map_err(|error| self.error(&error))?;
-        let (rate, view) = (played_by(rate, self.stride), View::new(Style::default()));
+        let (rate, view) = (played_by(rate, self.stride), View::new(true, None));
         let video = Video::new(pending, rate, view, QUALITY, expected);
         self.sink = Some(Box::new(BackgroundSink::new(Box::new(video))));
         Ok(())

@@ -158,9 +158,7 @@ impl Config {
     ) -> PyResult<Self> {
         let (config, paths) = match &file {
             None => (named(preset)?.into(), ModelPaths::default()),
-            Some(file) => {
-                settings::from_file(preset, file).map_err(|error| errors::of_track(error.into()))?
-            }
+            Some(file) => settings::from_file(preset, file).map_err(errors::of_track)?,
         };
         // The file names the network and its runtime where the arguments do not.
         let model = model.or_else(|| paths.model.map(Model::of_path));

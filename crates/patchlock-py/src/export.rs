@@ -119,7 +119,7 @@ fn to_python(error: patchlock_track::Error) -> PyErr {
     use patchlock_track::Error;
     let text = advice::track(&error);
     match error {
-        Error::Read { .. } | Error::Write { .. } | Error::Frame { .. } => PyOSError::new_err(text),
+        Error::Read(..) | Error::Write(..) | Error::Frame(..) => PyOSError::new_err(text),
         _ => PyValueError::new_err(text),
     }
 }

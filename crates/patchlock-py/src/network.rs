@@ -3,8 +3,7 @@
 use std::path::{self, Path, PathBuf};
 
 use patchlock::{Method, NetworkError};
-use patchlock_track::settings::SettingsError;
-use patchlock_track::{ModelError, ModelPaths, models};
+use patchlock_track::{ModelPaths, models};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
@@ -213,7 +212,7 @@ impl ModelFile {
     #[new]
     fn new(py: Python<'_>, file: File) -> PyResult<Self> {
         let read = detached(py, || match file {
-            File::Path(path) => models::examine(&path).map_err(of_model),
+            File::Path(path) => models::examine(&path).map_err(errors::of_track),
             File::Bytes(bytes) => patchlock::ModelFile::examine(&bytes).map_err(of_network),
         });
         let patchlock::ModelFile {
@@ -423,17 +422,17 @@ pub fn library(py: Python<'_>, runtime: Option<&RuntimeName>) -> PyResult<Option
 
 fn from_paths(paths: &[PathBuf], library: Option<&Path>) -> PyResult<patchlock::Network> {
     if let [path] = paths {
-        return models::load(path, library).map_err(of_model);
+        return models::load(path, library).map_err(errors::of_track);
     }
     let contents = paths.iter().map(|path| models::contents(path));
-    let contents = contents.collect::<Result<Vec<_>, _>>().map_err(of_model)?;
+    let contents = contents.collect::<Result<Vec<_>, _>>().map_err(errors::of_track)?;
     let files: Vec<Vec<u8>> =
         contents.into_iter().flatten().map(|(_, bytes)| bytes.into_owned()).collect();
     from_bytes(&files, library)
 }
 
 fn from_bytes(files: &[Vec<u8>], library: Option<&Path>) -> PyResult<patchlock::Network> {
-    let runtime = models::runtime(library).map_err(of_model)?;
+    let runtime = models::runtime(library).map_err(errors::of_track)?;
     let files: Vec<&[u8]> = files.iter().map(Vec::as_slice).collect();
     patchlock::Network::with_runtime(&files, &runtime).map_err(of_network)
 }
@@ -455,10 +454,6 @@ pub fn check_use(method: &Method, network: Option<&patchlock::Network>) -> PyRes
 
 fn shown(paths: &[PathBuf]) -> String {
     paths.iter().map(|path| path.display().to_string()).collect::<Vec<_>>().join(", ")
-}
-
-fn of_model(error: ModelError) -> PyErr {
-    errors::of_track(SettingsError::from(error).into())
 }
 
 fn of_network(error: NetworkError) -> PyErr {

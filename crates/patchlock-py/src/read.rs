@@ -35,7 +35,7 @@ pub fn read_estimates(py: Python<'_>, file: PathBuf) -> PyResult<Vec<(u64, Estim
     let track = py.detach(|| Track::read(&file)).map_err(|error| match error {
         Error::Export(reason) => PyValueError::new_err(format!("{shown}: {reason}")),
         // Its advice is for text without columns.
-        error @ Error::Line { .. } => errors::of_value(error),
+        error @ Error::Line(..) => errors::of_value(error),
         error => errors::of_track(error),
     })?;
     let mut last = HashMap::new();

@@ -7,9 +7,10 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use patchlock_cli::failure::{Exit, Failure};
 use patchlock_cli::output::pending::PendingFile;
 use patchlock_cli::output::video::Video;
-use patchlock_cli::output::view::{Style, View};
+use patchlock_cli::output::view::View;
 use patchlock_cli::output::{Sink as _, TargetResult, TrackedFrame};
 use patchlock_media::{FrameRate, Picture};
+use patchlock_track::files;
 use pyo3::exceptions::{PyOSError, PyRuntimeError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyMapping, PyTuple};
@@ -89,7 +90,7 @@ impl VideoWriter {
     ) -> PyResult<Self> {
         let (channels, rate) = (Channels::parse(channels)?, to_rate(rate)?);
         let shown = file.display();
-        if !file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mp4")) {
+        if !files::ends_with(&file, "mp4") {
             let message = format!("{shown}: only .mp4 can be written; use a name that ends in it");
             return Err(PyValueError::new_err(message));
         }
@@ -103,7 +104,7 @@ impl VideoWriter {
         }
         let pending = py.detach(|| PendingFile::create(&file, overwrite));
         let pending = pending.map_err(|failure| worded(&failure))?;
-        let view = View::new(Style { panels: panel, crop: None });
+        let view = View::new(panel, None);
         let video = Some(Box::new(Video::new(pending, rate, view, quality, count)));
         let state = Mutex::new(State { video, size: None, frames: 0 });
         Ok(Self { state, channels, process: process::id() })

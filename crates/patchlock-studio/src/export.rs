@@ -224,9 +224,9 @@ impl Val {
         }
     }
 
-    fn parts(&self, names: &[&str]) -> Result<Vec<Part>, export::SplitError> {
+    fn parts(&self, names: &[&str]) -> Result<Vec<Part>, Error> {
         let chosen = match self {
-            Self::Share(share) => return export::split(names, *share),
+            Self::Share(share) => return Ok(export::split(names, *share)?),
             Self::Clips(chosen) => chosen,
         };
         // With the ending of the video, too.
@@ -234,8 +234,10 @@ impl Val {
             chosen == name || Path::new(chosen).file_stem().is_some_and(|stem| stem == name)
         };
         if let Some(unknown) = chosen.iter().find(|it| !names.iter().any(|name| is(name, it))) {
-            let known = names.iter().map(|&name| name.to_owned()).collect();
-            return Err(export::SplitError::Unknown { name: unknown.clone(), known });
+            let known = names.join(", ");
+            return Err(refused(format!(
+                "there is no clip {unknown:?} with boxes; the clips are {known}"
+            )));
         }
         let part = |name: &&str| match chosen.iter().any(|it| is(name, it)) {
             true => Part::Val,
@@ -245,7 +247,7 @@ impl Val {
         let clips = parts.iter().filter(|part| **part == Part::Val).count();
         match clips < names.len() {
             true => Ok(parts),
-            false => Err(export::SplitError::Empty { clips, all: names.len() }),
+            false => Err(export::empty_part(clips, names.len()).into()),
         }
     }
 }
@@ -281,8 +283,7 @@ pub fn write_all(
     };
     let (full, empty): (Vec<_>, Vec<_>) = clips.iter().partition(has_boxes);
     let names: Vec<&str> = full.iter().map(|clip| clip.name.as_str()).collect();
-    let parts = val.map_or_else(|| Ok(vec![Part::Train; names.len()]), |val| val.parts(&names));
-    let parts = parts.map_err(|error| refused(error.to_string()))?;
+    let parts = val.map_or_else(|| Ok(vec![Part::Train; names.len()]), |val| val.parts(&names))?;
     let images = |clip: &FolderClip| clip.video.clone().filter(|_| options.frames);
     let all = full.iter().zip(&parts).map(|(clip, &part)| {
         let (name, images) = (clip.name.clone(), images(clip));

@@ -1,11 +1,12 @@
-//! Errors of tracking sessions, settings, tables and exports.
+//! Errors of tracking sessions, settings, networks, tables and exports.
 
 use std::io;
 use std::path::{Path, PathBuf};
 
+use patchlock::{NetworkError, PARAMETERS, Preset};
 use patchlock_media::without_path;
 
-use crate::settings::SettingsError;
+use crate::names::near_matches;
 
 /// What the user can do about a file or folder that cannot be read.
 pub const READ_ADVICE: &str =
@@ -19,47 +20,20 @@ pub const WRITE_ADVICE: &str =
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// A file or folder cannot be read.
-    #[error("cannot read {}: {source}", path.display())]
-    Read {
-        /// The file or folder.
-        path: PathBuf,
-        /// The error of the operating system.
-        source: io::Error,
-    },
-    /// A line of a text file is invalid.
-    #[error("{}, line {line}: {reason}", path.display())]
-    Line {
-        /// The file.
-        path: PathBuf,
-        /// Line, counted from 1.
-        line: usize,
-        /// What is wrong.
-        reason: String,
-    },
+    #[error("cannot read {}: {}", .0.display(), .1)]
+    Read(PathBuf, #[source] io::Error),
+    /// A line of a text file, counted from 1, is invalid.
+    #[error("{}, line {}: {}", .0.display(), .1, .2)]
+    Line(PathBuf, usize, String),
     /// A file or folder cannot be written.
-    #[error("cannot write {}: {source}", path.display())]
-    Write {
-        /// The file or folder.
-        path: PathBuf,
-        /// The error of the operating system.
-        source: io::Error,
-    },
-    /// A frame cannot be read.
-    #[error("cannot read the frame {}: {reason}", path.display())]
-    Frame {
-        /// The image file.
-        path: PathBuf,
-        /// The reason.
-        reason: String,
-    },
+    #[error("cannot write {}: {}", .0.display(), .1)]
+    Write(PathBuf, #[source] io::Error),
+    /// An image file that is a frame cannot be read.
+    #[error("cannot read the frame {}: {}", .0.display(), .1)]
+    Frame(PathBuf, String),
     /// An image is a link that leaves the folder of the frames.
-    #[error("the frame {} is a link to {}, which is not in the folder", path.display(), target.display())]
-    LinkOutside {
-        /// The link.
-        path: PathBuf,
-        /// Where it leads.
-        target: PathBuf,
-    },
+    #[error("the frame {} is a link to {}, which is not in the folder", .0.display(), .1.display())]
+    LinkOutside(PathBuf, PathBuf),
     /// A track cannot be exported with these options.
     #[error("cannot export: {0}")]
     Export(String),
@@ -67,39 +41,54 @@ pub enum Error {
     #[error("cannot start the threads: {0}")]
     Threads(String),
     /// The tracker failed on a frame of a clip.
-    #[error("the tracker failed on frame {index}: {reason}")]
-    TrackerInFrame {
-        /// Index of the frame.
-        index: usize,
-        /// The reason given by the tracker.
-        reason: String,
-    },
-    /// The width or height of the start box is invalid.
-    #[error("the box {shown}: width and height must be 1 to {max} pixels")]
-    StartBoxShape {
-        /// The box as `X,Y,W,H`.
-        shown: String,
-        /// The largest allowed width and height, in pixels.
-        max: f64,
-    },
-    /// The start box lies outside the frame.
+    #[error("the tracker failed on frame {0}: {1}")]
+    TrackerInFrame(usize, String),
+    /// The width or height of the start box, as `X,Y,W,H`, is not 1 to this many pixels.
+    #[error("the box {0}: width and height must be 1 to {1} pixels")]
+    StartBoxShape(String, f64),
+    /// The start box, as `X,Y,W,H`, lies outside the frame of this index and size.
     #[error(
-        "the box {shown} does not fit frame {index}, which is {width} x {height} pixels: \
-         no part of the box is in it"
+        "the box {} does not fit frame {}, which is {} x {} pixels: no part of the box is in it",
+        .0, .1, .2[0], .2[1]
     )]
-    StartBoxOutside {
-        /// The box as `X,Y,W,H`.
-        shown: String,
-        /// Index of the frame.
-        index: usize,
-        /// Width of the frame in pixels.
-        width: usize,
-        /// Height of the frame in pixels.
-        height: usize,
-    },
-    /// The settings are invalid.
-    #[error(transparent)]
-    Settings(#[from] SettingsError),
+    StartBoxOutside(String, usize, [usize; 2]),
+    /// There is no such preset.
+    #[error("unknown preset {}", if .0.is_empty() { "\"\"" } else { .0 })]
+    Preset(String),
+    /// A settings file cannot be read.
+    #[error("cannot read the settings {}: {}", .0.display(), .1)]
+    Settings(PathBuf, io::Error),
+    /// A settings file is not valid TOML at a line, counted from 1.
+    #[error("{}, line {}, is not valid TOML: {}", .0.display(), .1, .2)]
+    NoToml(PathBuf, usize, String),
+    /// A settings file has settings of several methods.
+    #[error("{} has settings of several methods: {}", .0.display(), .1.join(" and "))]
+    ManyMethods(PathBuf, Vec<&'static str>),
+    /// A setting is not of the form `NAME=VALUE`.
+    #[error("{0:?} is not of the form NAME=VALUE")]
+    Assignment(String),
+    /// A setting, of this file or a single one, is unknown, belongs to another method, or has an
+    /// invalid value.
+    #[error("{}: {}", .0.as_ref().map_or("settings".into(), |file| file.to_string_lossy()), .1)]
+    Setting(Option<PathBuf>, patchlock::Error),
+    /// A folder holds no ONNX file.
+    #[error("{} holds no file *.onnx", .0.display())]
+    NoModel(PathBuf),
+    /// A file or folder is no network that can be used.
+    #[error("{}: {}", .0.display(), .1)]
+    Model(PathBuf, NetworkError),
+    /// The library of a runtime cannot be used.
+    #[error("{0}")]
+    Runtime(NetworkError),
+    /// The method needs a network and has none.
+    #[error("the method {0} needs a network")]
+    MissingModel(&'static str),
+    /// The method has no use for a network.
+    #[error("the network {} has no effect with the method {}", .0.display(), .1)]
+    UnusedModel(PathBuf, &'static str),
+    /// There is no network to be run by the library of a runtime.
+    #[error("the runtime {} has no effect without a network", .0.display())]
+    UnusedRuntime(PathBuf),
     /// A source of frames cannot be used.
     #[error(transparent)]
     Media(#[from] patchlock_media::Error),
@@ -108,32 +97,37 @@ pub enum Error {
 impl Error {
     /// [`Error::Read`] of this path.
     pub fn read(path: &Path, source: io::Error) -> Self {
-        Self::Read { path: path.to_path_buf(), source }
+        Self::Read(path.to_path_buf(), source)
     }
 
     /// [`Error::Write`] of this path.
     pub fn write(path: &Path, source: io::Error) -> Self {
-        let source = without_path(&source).unwrap_or(source);
-        Self::Write { path: path.to_path_buf(), source }
+        Self::Write(path.to_path_buf(), without_path(&source).unwrap_or(source))
     }
 
     /// [`Error::Line`] of this file; lines count from 1.
     pub fn line(path: &Path, line: usize, reason: impl Into<String>) -> Self {
-        Self::Line { path: path.to_path_buf(), line, reason: reason.into() }
+        Self::Line(path.to_path_buf(), line, reason.into())
     }
 
     /// [`Error::Frame`] of this image file.
     pub fn frame(path: &Path, reason: impl ToString) -> Self {
-        Self::Frame { path: path.to_path_buf(), reason: reason.to_string() }
+        Self::Frame(path.to_path_buf(), reason.to_string())
     }
 
     /// Whether the request was invalid (a usage error), as opposed to a failure while serving it.
     pub fn is_misuse(&self) -> bool {
         match self {
-            Self::Export(_) | Self::StartBoxShape { .. } | Self::StartBoxOutside { .. } => true,
-            Self::Settings(error) => error.is_misuse(),
             Self::Media(error) => error.is_misuse(),
-            _ => false,
+            Self::Read(..)
+            | Self::Line(..)
+            | Self::Write(..)
+            | Self::Frame(..)
+            | Self::LinkOutside(..)
+            | Self::Threads(_)
+            | Self::TrackerInFrame(..)
+            | Self::Settings(..) => false,
+            _ => true,
         }
     }
 
@@ -141,18 +135,25 @@ impl Error {
     /// or nothing helps.
     pub fn advice(&self) -> Option<String> {
         let advice = match self {
-            Self::Read { .. } => READ_ADVICE,
-            Self::Write { .. } => WRITE_ADVICE,
-            Self::Line { .. } => "a line is x,y,w,h; a missing box is NaN,NaN,NaN,NaN",
-            Self::Frame { .. } => "replace the file",
-            Self::LinkOutside { .. } => "look at what it leads to, then put a copy in its place",
-            Self::Settings(error) => return error.advice(),
+            Self::Read(..) => READ_ADVICE,
+            Self::Write(..) => WRITE_ADVICE,
+            Self::Line(..) => "a line is x,y,w,h; a missing box is NaN,NaN,NaN,NaN",
+            Self::Frame(..) => "replace the file",
+            Self::LinkOutside(..) => "look at what it leads to, then put a copy in its place",
+            Self::Preset(_) => {
+                let names = Preset::ALL.map(Preset::name).join(", ");
+                return Some(format!("the presets are {names}"));
+            }
+            Self::NoToml(..) => "each line is name = value, with text values in quotes",
+            Self::ManyMethods(..) => "keep the table of one method",
+            Self::Setting(_, patchlock::Error::UnknownSetting { name }) => {
+                let near = near_matches(name, PARAMETERS.iter().map(|parameter| parameter.name));
+                return (!near.is_empty()).then(|| format!("did you mean {}?", near.join(" or ")));
+            }
+            Self::NoModel(_) => "give the folder with the model's *.onnx files",
+            Self::Model(_, NetworkError::Incomplete { .. }) => "give the folder with both files",
             Self::Media(error) => return error.advice(),
-            Self::Export(_)
-            | Self::Threads(_)
-            | Self::TrackerInFrame { .. }
-            | Self::StartBoxShape { .. }
-            | Self::StartBoxOutside { .. } => return None,
+            _ => return None,
         };
         Some(advice.to_string())
     }

@@ -1,11 +1,13 @@
-//! Reads text files, lists folders and takes file names apart.
+//! Reads text files, writes files atomically, lists folders and takes file names apart.
 
+use std::fs;
+use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
-use std::{fs, io};
 
 use patchlock_media::image_file::is_image;
 use patchlock_media::natural_order;
 use patchlock_media::plain_file::{self, OpenError};
+use tempfile::NamedTempFile;
 
 use crate::Error;
 
@@ -34,6 +36,40 @@ pub fn read(path: &Path) -> io::Result<Vec<u8>> {
         true => Ok(bytes),
         false => Err(too_long()),
     }
+}
+
+/// A temporary file in a folder, which is to be renamed when it is complete. It is not private: it has
+/// the permissions of an ordinary new file.
+///
+/// # Errors
+/// As [`tempfile::Builder::tempfile_in`].
+pub fn temporary_in(folder: &Path) -> io::Result<NamedTempFile> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".patchlock-").suffix(".part");
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt as _;
+        builder.permissions(fs::Permissions::from_mode(0o666));
+    }
+    builder.tempfile_in(folder)
+}
+
+/// Writes a file atomically: it is complete or does not exist.
+///
+/// # Errors
+/// Those of the operating system; [`io::ErrorKind::AlreadyExists`] if there is such a file and it is
+/// not to be replaced.
+pub fn write(path: &Path, bytes: &[u8], replace: bool) -> io::Result<()> {
+    let mut file = temporary_in(folder_of(path))?;
+    file.write_all(bytes)?;
+    file.as_file().sync_all()?;
+    let placed = if replace { file.persist(path) } else { file.persist_noclobber(path) };
+    placed.map(drop).map_err(|error| error.error)
+}
+
+/// The folder of a file.
+pub fn folder_of(file: &Path) -> &Path {
+    file.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
 /// The entries of a folder in natural order, without hidden ones (leading dot).

@@ -1,9 +1,9 @@
 //! Tracking around the library: what the program, the studio and the Python package share.
 //!
-//! A [`session`] is a tracker with its threads and a clock; [`many_targets`] tracks targets by the
-//! caller's ids. [`settings`] resolves presets and settings files, [`models`] loads networks,
-//! [`start_box`] checks first boxes, [`text`] reads tables of boxes, [`attributes`] are what labels
-//! declare, [`outline`] what is drawn beside boxes, and [`export`] writes tracks for other tools.
+//! A [`session`] has threads and a clock, [`settings`] resolves presets and settings files,
+//! [`models`] loads networks, [`start_box`] checks first boxes, [`text`] reads tables of boxes,
+//! [`attributes`] are what labels declare, [`outline`] what is drawn beside boxes, and [`export`]
+//! writes tracks for other tools.
 //!
 //! Boxes are [`patchlock::BoundingBox`], in pixels counted from 0.
 
@@ -11,7 +11,6 @@ pub mod attributes;
 pub mod error;
 pub mod export;
 pub mod files;
-pub mod many_targets;
 pub mod models;
 pub mod names;
 pub mod outline;
@@ -21,4 +20,4 @@ pub mod start_box;
 pub mod text;
 
 pub use error::Error;
-pub use models::{ModelError, ModelPaths, UsedNetwork};
+pub use models::{ModelPaths, UsedNetwork};

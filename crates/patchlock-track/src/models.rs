@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use patchlock::{Method, ModelFile, Network, NetworkError, Runtime};
 use serde::{Deserialize, Serialize};
 
-use crate::error::READ_ADVICE;
+use crate::{Error, files};
 
 /// The name of our own network, in place of the path of a folder. It is the default.
 pub const PATCHNET: &str = "patchnet";
@@ -19,111 +19,29 @@ pub const NO_NETWORK: &str = "none";
 /// The largest file that is read; the library's own limit is the same.
 const MAX_BYTES: u64 = 64 << 20;
 
-/// Why a network cannot be loaded.
-#[derive(Debug, thiserror::Error)]
-pub enum ModelError {
-    /// A file or folder cannot be read.
-    #[error("cannot read {}: {reason}", path.display())]
-    Unreadable {
-        /// The file or folder.
-        path: PathBuf,
-        /// The error of the operating system.
-        reason: io::Error,
-    },
-    /// A folder holds no ONNX file.
-    #[error("{} holds no file *.onnx", folder.display())]
-    NoFiles {
-        /// The folder.
-        folder: PathBuf,
-    },
-    /// The files are no network that can be used.
-    #[error("{}: {error}", path.display())]
-    Unusable {
-        /// The file or folder.
-        path: PathBuf,
-        /// What is wrong.
-        error: NetworkError,
-    },
-    /// The library of a runtime cannot be used.
-    #[error("{0}")]
-    Runtime(NetworkError),
-    /// The method needs a network and has none.
-    #[error("the method {method} needs a network")]
-    Missing {
-        /// The method.
-        method: &'static str,
-    },
-    /// The method has no use for a network.
-    #[error("the network {} has no effect with the method {method}", path.display())]
-    Unused {
-        /// The network.
-        path: PathBuf,
-        /// The method.
-        method: &'static str,
-    },
-    /// There is no network to be run.
-    #[error("the runtime {} has no effect without a network", path.display())]
-    UnusedRuntime {
-        /// The library.
-        path: PathBuf,
-    },
-}
-
-impl ModelError {
-    /// Whether the files or options are wrong, as opposed to a file being unreadable.
-    pub fn is_misuse(&self) -> bool {
-        !matches!(self, Self::Unreadable { .. })
-    }
-
-    /// What the user can do, whichever front end is used; `None` if that depends on the front end,
-    /// or nothing helps.
-    pub fn advice(&self) -> Option<String> {
-        let advice = match self {
-            Self::NoFiles { .. } => "give the folder with the model's *.onnx files",
-            Self::Unusable { error: NetworkError::Incomplete { .. }, .. } => {
-                "give the folder with both files"
-            }
-            Self::Unreadable { .. } => READ_ADVICE,
-            Self::Unusable { .. }
-            | Self::Runtime(_)
-            | Self::Missing { .. }
-            | Self::Unused { .. }
-            | Self::UnusedRuntime { .. } => return None,
-        };
-        Some(advice.to_string())
-    }
-}
-
-/// The ONNX files of a model: a file itself, or all of a folder, by name.
-fn files(path: &Path) -> Result<Vec<PathBuf>, ModelError> {
-    let unreadable = |reason| ModelError::Unreadable { path: path.to_path_buf(), reason };
+/// The ONNX files of a model: a file itself, or all of a folder.
+fn files_of(path: &Path) -> Result<Vec<PathBuf>, Error> {
     if !path.is_dir() {
         return Ok(vec![path.to_path_buf()]);
     }
-    let mut files = Vec::new();
-    for entry in path.read_dir().map_err(unreadable)? {
-        let file = entry.map_err(unreadable)?.path();
-        if crate::files::ends_with(&file, "onnx") {
-            files.push(file);
-        }
+    let mut all = files::entries(path)?;
+    all.retain(|file| files::ends_with(file, "onnx"));
+    match all.is_empty() {
+        true => Err(Error::NoModel(path.to_path_buf())),
+        false => Ok(all),
     }
-    files.sort_unstable();
-    if files.is_empty() {
-        return Err(ModelError::NoFiles { folder: path.to_path_buf() });
-    }
-    Ok(files)
 }
 
 /// The bytes of a file of a model.
-fn read(path: &Path) -> Result<Vec<u8>, ModelError> {
-    let unreadable = |reason| ModelError::Unreadable { path: path.to_path_buf(), reason };
+fn read(path: &Path) -> Result<Vec<u8>, Error> {
+    let unreadable = |error| Error::read(path, error);
     let size = std::fs::metadata(path).map_err(unreadable)?.len();
     if size > MAX_BYTES {
         let error =
             NetworkError::TooLarge { what: "the number of bytes", value: size, max: MAX_BYTES };
-        return Err(ModelError::Unusable { path: path.to_path_buf(), error });
+        return Err(Error::Model(path.to_path_buf(), error));
     }
-    crate::files::read(path).map_err(unreadable)
+    files::read(path).map_err(unreadable)
 }
 
 /// A file of a model: its path and its bytes.
@@ -132,32 +50,30 @@ pub type NamedFile = (PathBuf, Cow<'static, [u8]>);
 /// The ONNX files of a model, or of [`PATCHNET`].
 ///
 /// # Errors
-/// [`ModelError::Unreadable`]; [`ModelError::NoFiles`]; [`ModelError::Unusable`] if a file is too
-/// large.
-pub fn contents(path: &Path) -> Result<Vec<NamedFile>, ModelError> {
+/// [`Error::Read`]; [`Error::NoModel`]; [`Error::Model`] if a file is too large.
+pub fn contents(path: &Path) -> Result<Vec<NamedFile>, Error> {
     if path == Path::new(PATCHNET) {
         let names = ["patchnet_backbone.onnx", "patchnet_head.onnx"].map(PathBuf::from);
         return Ok(names.into_iter().zip(Network::PATCHNET_FILES.map(Cow::Borrowed)).collect());
     }
     let read = |file: PathBuf| read(&file).map(|bytes| (file, Cow::Owned(bytes)));
-    files(path)?.into_iter().map(read).collect()
+    files_of(path)?.into_iter().map(read).collect()
 }
 
 /// What a file is.
 ///
 /// # Errors
-/// [`ModelError::Unreadable`] or [`ModelError::Unusable`].
-pub fn examine(path: &Path) -> Result<ModelFile, ModelError> {
-    let unusable = |error| ModelError::Unusable { path: path.to_path_buf(), error };
-    ModelFile::examine(&read(path)?).map_err(unusable)
+/// [`Error::Read`] or [`Error::Model`].
+pub fn examine(path: &Path) -> Result<ModelFile, Error> {
+    ModelFile::examine(&read(path)?).map_err(|error| Error::Model(path.to_path_buf(), error))
 }
 
 /// The network in a folder or file, or [`PATCHNET`], run by the built-in runtime or by this library
 /// of onnxruntime.
 ///
 /// # Errors
-/// [`ModelError`] if a file cannot be read or used.
-pub fn load(path: &Path, runtime: Option<&Path>) -> Result<Network, ModelError> {
+/// [`Error`] if a file cannot be read or used.
+pub fn load(path: &Path, runtime: Option<&Path>) -> Result<Network, Error> {
     let contents = contents(path)?;
     let bytes: Vec<&[u8]> = contents.iter().map(|(_, bytes)| &**bytes).collect();
     Network::with_runtime(&bytes, &self::runtime(runtime)?).map_err(|error| {
@@ -165,18 +81,16 @@ pub fn load(path: &Path, runtime: Option<&Path>) -> Result<Network, ModelError> 
         let mut alone = contents.iter().map(|(file, bytes)| (file, bytes));
         let faulty = alone.find_map(|(file, bytes)| Some((file, ModelFile::examine(bytes).err()?)));
         let (path, error) = faulty.map_or((path, error), |(file, error)| (file, error));
-        ModelError::Unusable { path: path.to_path_buf(), error }
+        Error::Model(path.to_path_buf(), error)
     })
 }
 
 /// The built-in runtime, or the one of this library of onnxruntime.
 ///
 /// # Errors
-/// [`ModelError::Runtime`] if the library cannot be used.
-pub fn runtime(library: Option<&Path>) -> Result<Runtime, ModelError> {
-    library
-        .map_or_else(|| Ok(Runtime::built_in()), Runtime::onnxruntime)
-        .map_err(ModelError::Runtime)
+/// [`Error::Runtime`] if the library cannot be used.
+pub fn runtime(library: Option<&Path>) -> Result<Runtime, Error> {
+    library.map_or_else(|| Ok(Runtime::built_in()), Runtime::onnxruntime).map_err(Error::Runtime)
 }
 
 /// The same path, independent of the working directory. A word for a network stays as it is.
@@ -209,17 +123,17 @@ impl ModelPaths {
     /// none.
     ///
     /// # Errors
-    /// As [`load`]; [`ModelError::Missing`], [`ModelError::Unused`] and
-    /// [`ModelError::UnusedRuntime`].
-    pub fn network(&self, method: &Method) -> Result<Option<Network>, ModelError> {
+    /// As [`load`]; [`Error::MissingModel`], [`Error::UnusedModel`] and
+    /// [`Error::UnusedRuntime`].
+    pub fn network(&self, method: &Method) -> Result<Option<Network>, Error> {
         let name = method.name();
         match (method, self.given_or_default(method), &self.runtime) {
             (Method::Paper(_), Some(model), _) => {
-                Err(ModelError::Unused { path: model.to_path_buf(), method: name })
+                Err(Error::UnusedModel(model.to_path_buf(), name))
             }
             (_, Some(model), runtime) => load(model, runtime.as_deref()).map(Some),
-            (Method::Network(_), None, _) => Err(ModelError::Missing { method: name }),
-            (_, None, Some(library)) => Err(ModelError::UnusedRuntime { path: library.clone() }),
+            (Method::Network(_), None, _) => Err(Error::MissingModel(name)),
+            (_, None, Some(library)) => Err(Error::UnusedRuntime(library.clone())),
             (_, None, None) => Ok(None),
         }
     }
@@ -236,11 +150,9 @@ impl ModelPaths {
     /// The same paths, independent of the working directory.
     ///
     /// # Errors
-    /// [`ModelError::Unreadable`] if the working directory is unknown.
-    pub fn absolute(&self) -> Result<Self, ModelError> {
-        let full = |path: &PathBuf| {
-            absolute(path).map_err(|reason| ModelError::Unreadable { path: path.clone(), reason })
-        };
+    /// [`Error::Read`] if the working directory is unknown.
+    pub fn absolute(&self) -> Result<Self, Error> {
+        let full = |path: &PathBuf| absolute(path).map_err(|error| Error::read(path, error));
         let Self { model, runtime } = self;
         Ok(Self {
             model: model.as_ref().map(full).transpose()?,
@@ -293,7 +205,7 @@ mod tests {
             assert_eq!(ModelPaths::default().network(&method).unwrap(), *by_default, "{preset:?}");
             match none.network(&method) {
                 Ok(network) => assert_eq!(network, None),
-                Err(error) => assert!(matches!(error, ModelError::Missing { method: "network" })),
+                Err(error) => assert!(matches!(error, Error::MissingModel("network"))),
             }
         }
     }

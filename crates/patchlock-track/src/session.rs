@@ -1,9 +1,8 @@
-//! Runs a tracker on its threads and measures the time of each frame.
+//! The threads of trackers, and the time that they take.
 
 use std::sync::Arc;
 use std::time::Instant;
 
-use patchlock::{BoundingBox, Estimate, Frame, Tracker, TrackerConfig};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::Error;
@@ -20,41 +19,6 @@ pub fn pool(threads: Option<usize>) -> Result<Arc<ThreadPool>, Error> {
     let cores = || std::thread::available_parallelism().map_or(1, usize::from);
     let pool = ThreadPoolBuilder::new().num_threads(threads.unwrap_or_else(cores)).build();
     pool.map(Arc::new).map_err(|error| Error::Threads(error.to_string()))
-}
-
-/// A tracker of one target with the threads that it works on.
-pub struct Session {
-    tracker: Tracker,
-    pool: Arc<ThreadPool>,
-}
-
-impl Session {
-    /// A session whose tracker starts on a box of a frame, with the elapsed seconds.
-    ///
-    /// # Errors
-    /// As [`Tracker::start`].
-    pub fn start(
-        config: TrackerConfig,
-        pool: Arc<ThreadPool>,
-        frame: &Frame<'_>,
-        bbox: BoundingBox,
-    ) -> Result<(Self, f64), patchlock::Error> {
-        let (tracker, seconds) = timed_on(&pool, || Tracker::start(config, frame, bbox))?;
-        Ok((Self { tracker, pool }, seconds))
-    }
-
-    /// The estimate in the latest frame.
-    pub fn estimate(&self) -> &Estimate {
-        self.tracker.estimate()
-    }
-
-    /// Finds the target in the next frame. Returns the estimate with the elapsed seconds.
-    ///
-    /// # Errors
-    /// As [`Tracker::update`].
-    pub fn update(&mut self, frame: &Frame<'_>) -> Result<(&Estimate, f64), patchlock::Error> {
-        timed_on(&self.pool, || self.tracker.update(frame))
-    }
 }
 
 /// Runs `work` in the pool and returns its result with the elapsed seconds.

@@ -1,128 +1,21 @@
 //! Resolves a preset, a settings file and single settings to a validated configuration. Each
 //! setting goes through [`TrackerConfig::set`].
 
-use std::fmt;
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use patchlock::{Error, Kind, Method, PARAMETERS, Parameter, Preset, TrackerConfig, Value};
+use patchlock::{Kind, Method, Parameter, Preset, TrackerConfig, Value};
 
-use crate::files;
-use crate::models::{self, ModelError, ModelPaths};
-use crate::names::near_matches;
-
-/// Invalid settings.
-#[derive(Debug, thiserror::Error)]
-pub enum SettingsError {
-    /// There is no such preset.
-    #[error("unknown preset {}", if name.is_empty() { "\"\"" } else { name })]
-    Preset {
-        /// The name as given.
-        name: String,
-    },
-    /// The file cannot be read.
-    #[error("cannot read the settings {}: {reason}", file.display())]
-    Unreadable {
-        /// The file.
-        file: PathBuf,
-        /// The error of the operating system.
-        reason: io::Error,
-    },
-    /// The file is not valid TOML.
-    #[error("{}, line {line}, is not valid TOML: {reason}", file.display())]
-    NoToml {
-        /// The file.
-        file: PathBuf,
-        /// Line, counted from 1.
-        line: usize,
-        /// What is wrong.
-        reason: String,
-    },
-    /// The file has settings of several methods.
-    #[error("{} has settings of several methods: {}", file.display(), methods.join(" and "))]
-    ManyMethods {
-        /// The file.
-        file: PathBuf,
-        /// The names of the methods.
-        methods: Vec<&'static str>,
-    },
-    /// A network cannot be used.
-    #[error(transparent)]
-    Model(#[from] ModelError),
-    /// A setting is not of the form `NAME=VALUE`.
-    #[error("{given:?} is not of the form NAME=VALUE")]
-    Assignment {
-        /// The text as given.
-        given: String,
-    },
-    /// A setting is unknown, belongs to another method, or has an invalid value.
-    #[error("{origin}: {error}")]
-    Setting {
-        /// Where the setting was given.
-        origin: Origin,
-        /// What is wrong.
-        error: Error,
-    },
-}
-
-/// Where a setting was given.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Origin {
-    /// In a settings file.
-    File(PathBuf),
-    /// As a single setting.
-    Single,
-}
-
-impl fmt::Display for Origin {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::File(file) => write!(f, "{}", file.display()),
-            Self::Single => f.write_str("settings"),
-        }
-    }
-}
-
-impl SettingsError {
-    /// Whether the settings are invalid, as opposed to the file being unreadable.
-    pub fn is_misuse(&self) -> bool {
-        match self {
-            Self::Unreadable { .. } => false,
-            Self::Model(error) => error.is_misuse(),
-            _ => true,
-        }
-    }
-
-    /// What the user can do, whichever front end is used; `None` if that depends on the front end,
-    /// or nothing helps.
-    pub fn advice(&self) -> Option<String> {
-        let advice = match self {
-            Self::Preset { .. } => {
-                let names = Preset::ALL.map(Preset::name).join(", ");
-                return Some(format!("the presets are {names}"));
-            }
-            Self::NoToml { .. } => "each line is name = value, with text values in quotes",
-            Self::ManyMethods { .. } => "keep the table of one method",
-            Self::Model(error) => return error.advice(),
-            Self::Setting { error: Error::UnknownSetting { name }, .. } => {
-                let near = near_matches(name, PARAMETERS.iter().map(|parameter| parameter.name));
-                return (!near.is_empty()).then(|| format!("did you mean {}?", near.join(" or ")));
-            }
-            Self::Unreadable { .. } | Self::Assignment { .. } | Self::Setting { .. } => {
-                return None;
-            }
-        };
-        Some(advice.to_string())
-    }
-}
+use crate::models::{self, ModelPaths};
+use crate::{Error, files};
 
 /// The configuration of the preset with this name.
 ///
 /// # Errors
-/// [`SettingsError::Preset`].
-pub fn preset(name: &str) -> Result<TrackerConfig, SettingsError> {
+/// [`Error::Preset`].
+pub fn preset(name: &str) -> Result<TrackerConfig, Error> {
     let preset = name.parse::<Preset>().map(TrackerConfig::from);
-    preset.map_err(|_| SettingsError::Preset { name: name.to_string() })
+    preset.map_err(|_| Error::Preset(name.to_string()))
 }
 
 /// The preset that a configuration is based on: this one, unless a settings file has chosen another
@@ -135,47 +28,32 @@ pub fn basis<'a>(name: &'a str, config: &TrackerConfig) -> &'a str {
 }
 
 /// Settings that take precedence over a settings file.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct Overrides<'a> {
     /// Any settings, as `NAME=VALUE`. Words need no quotes.
     pub set: &'a [String],
     /// The seed of the random numbers; it takes precedence over one in `set`.
     pub seed: Option<u64>,
-    /// The network, as in [`ModelPaths::model`]; it takes precedence over that of a settings file.
-    pub model: Option<&'a Path>,
-    /// The library of onnxruntime that runs the network, instead of the built-in runtime; it takes
-    /// precedence over that of a settings file.
-    pub runtime: Option<&'a Path>,
+    /// The network and what runs it.
+    pub paths: ModelPaths,
 }
 
 /// The configuration of a preset, with the settings of a file and then the overrides applied, and
-/// with the network that the method needs.
+/// with the network that the method needs; and the files of that network.
 ///
 /// # Errors
-/// [`SettingsError`] if the preset is unknown, a file cannot be read or is invalid, or a setting
-/// is unknown, has no effect with the method, or is out of range.
+/// [`Error`] if the preset is unknown, a file cannot be read or is invalid, or a setting is
+/// unknown, has no effect with the method, or is out of range.
 pub fn resolve(
     name: &str,
     file: Option<&Path>,
     overrides: Overrides<'_>,
-) -> Result<TrackerConfig, SettingsError> {
-    resolve_with_paths(name, file, overrides).map(|(config, _)| config)
-}
-
-/// As [`resolve`], with the files of the network.
-///
-/// # Errors
-/// As [`resolve`].
-pub fn resolve_with_paths(
-    name: &str,
-    file: Option<&Path>,
-    overrides: Overrides<'_>,
-) -> Result<(TrackerConfig, ModelPaths), SettingsError> {
+) -> Result<(TrackerConfig, ModelPaths), Error> {
     let (mut config, paths) = match file {
         Some(file) => from_file(name, file)?,
         None => (preset(name)?, ModelPaths::default()),
     };
-    let invalid = |error| SettingsError::Setting { origin: Origin::Single, error };
+    let invalid = |error| Error::Setting(None, error);
     for given in overrides.set {
         let (name, value) = assignment(given)?;
         config.set(short_name(name), value).map_err(invalid)?;
@@ -185,20 +63,20 @@ pub fn resolve_with_paths(
     }
     config.validate().map_err(invalid)?;
     let paths = ModelPaths {
-        model: overrides.model.map(Path::to_path_buf).or(paths.model),
-        runtime: overrides.runtime.map(Path::to_path_buf).or(paths.runtime),
+        model: overrides.paths.model.or(paths.model),
+        runtime: overrides.paths.runtime.or(paths.runtime),
     };
     config.network = paths.network(&config.method)?;
     Ok((config, paths))
 }
 
 /// The name and the value of `NAME=VALUE`.
-fn assignment(given: &str) -> Result<(&str, Value), SettingsError> {
+fn assignment(given: &str) -> Result<(&str, Value), Error> {
     let (name, value) = given
         .split_once('=')
         .map(|(name, value)| (name.trim(), value.trim()))
         .filter(|(name, value)| !name.is_empty() && !value.is_empty())
-        .ok_or_else(|| SettingsError::Assignment { given: given.to_owned() })?;
+        .ok_or_else(|| Error::Assignment(given.to_owned()))?;
     let read: Result<toml::Table, _> = format!("value = {value}").parse();
     let read = read.ok().filter(|table| table.len() == 1).and_then(|mut t| t.remove("value"));
     Ok((name, read.map_or_else(|| Value::from(value), |value| to_value(&value))))
@@ -228,13 +106,12 @@ fn short_name(name: &str) -> &str {
 /// settings have the same name.
 ///
 /// # Errors
-/// [`SettingsError`] if the preset is unknown, the file cannot be read or is invalid, or a setting
+/// [`Error`] if the preset is unknown, the file cannot be read or is invalid, or a setting
 /// is unknown, has no effect with the method, or is out of range.
-pub fn from_file(name: &str, file: &Path) -> Result<(TrackerConfig, ModelPaths), SettingsError> {
+pub fn from_file(name: &str, file: &Path) -> Result<(TrackerConfig, ModelPaths), Error> {
     let mut config = preset(name)?;
     let mut settings = read(file)?;
-    let invalid =
-        |error| SettingsError::Setting { origin: Origin::File(file.to_path_buf()), error };
+    let invalid = |error| Error::Setting(Some(file.to_path_buf()), error);
     let mut path = |name: &'static str| match settings.remove(name) {
         Some(toml::Value::String(path)) if models::is_word(Path::new(&path)) => {
             Ok(Some(path.into()))
@@ -242,7 +119,7 @@ pub fn from_file(name: &str, file: &Path) -> Result<(TrackerConfig, ModelPaths),
         Some(toml::Value::String(path)) => Ok(Some(file.with_file_name("").join(path))),
         Some(other) => {
             let value = other.to_string();
-            Err(invalid(Error::SettingKind { name, value, kind: Kind::Word }))
+            Err(invalid(patchlock::Error::SettingKind { name, value, kind: Kind::Word }))
         }
         None => Ok(None),
     };
@@ -259,7 +136,7 @@ pub fn from_file(name: &str, file: &Path) -> Result<(TrackerConfig, ModelPaths),
     }
     if tables.len() > 1 {
         let methods = tables.into_iter().map(|(name, _)| name).collect();
-        return Err(SettingsError::ManyMethods { file: file.to_path_buf(), methods });
+        return Err(Error::ManyMethods(file.to_path_buf(), methods));
     }
     if let Some((method, table)) = tables.pop() {
         if method != config.method.name() {
@@ -288,30 +165,14 @@ fn first_of(method: &str, config: &TrackerConfig) -> TrackerConfig {
 }
 
 /// Applies settings that are not in a table.
-fn apply(config: &mut TrackerConfig, settings: toml::Table) -> Result<(), Error> {
+fn apply(config: &mut TrackerConfig, settings: toml::Table) -> Result<(), patchlock::Error> {
     settings.iter().try_for_each(|(name, value)| config.set(name, to_value(value)))
 }
 
 /// What TOML has and settings have not becomes a word, which is of the wrong kind or none of the
 /// choices.
 fn to_value(value: &toml::Value) -> Value {
-    match value {
-        toml::Value::Boolean(flag) => Value::Flag(*flag),
-        toml::Value::Integer(number) => Value::Whole(*number),
-        toml::Value::Float(number) => Value::Number(*number),
-        toml::Value::String(word) => Value::Word(word.clone()),
-        other => Value::Word(other.to_string()),
-    }
-}
-
-/// A value as a settings file writes it.
-pub fn to_toml(value: &Value) -> toml::Value {
-    match value {
-        Value::Flag(flag) => toml::Value::Boolean(*flag),
-        Value::Whole(number) => toml::Value::Integer(*number),
-        Value::Number(number) => toml::Value::Float(*number),
-        Value::Word(word) => toml::Value::String(word.clone()),
-    }
+    value.clone().try_into().unwrap_or_else(|_| Value::Word(value.to_string()))
 }
 
 /// The kinds of the values that a setting takes, and their range, in words.
@@ -323,8 +184,8 @@ pub fn allowed(parameter: &Parameter) -> String {
 }
 
 /// The content of a settings file.
-fn read(file: &Path) -> Result<toml::Table, SettingsError> {
-    let unreadable = |reason| SettingsError::Unreadable { file: file.to_path_buf(), reason };
+fn read(file: &Path) -> Result<toml::Table, Error> {
+    let unreadable = |reason| Error::Settings(file.to_path_buf(), reason);
     let bytes = files::read(file).map_err(unreadable)?;
     let text =
         String::from_utf8(bytes).map_err(|_| unreadable(io::ErrorKind::InvalidData.into()))?;
@@ -333,7 +194,7 @@ fn read(file: &Path) -> Result<toml::Table, SettingsError> {
             .span()
             .map_or(1, |span| 1 + text[..span.start.min(text.len())].matches('\n').count());
         let reason = error.message().to_string();
-        SettingsError::NoToml { file: file.to_path_buf(), line, reason }
+        Error::NoToml(file.to_path_buf(), line, reason)
     })
 }
 
@@ -341,12 +202,13 @@ fn read(file: &Path) -> Result<toml::Table, SettingsError> {
 mod tests {
     use super::*;
 
-    fn resolved(preset: &str, text: &str, set: &[&str]) -> Result<TrackerConfig, SettingsError> {
+    fn resolved(preset: &str, text: &str, set: &[&str]) -> Result<TrackerConfig, Error> {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("my.toml");
         std::fs::write(&file, text).unwrap();
         let set: Vec<String> = set.iter().map(|text| (*text).to_owned()).collect();
-        resolve(preset, Some(&file), Overrides { set: &set, ..Overrides::default() })
+        let set = Overrides { set: &set, ..Overrides::default() };
+        resolve(preset, Some(&file), set).map(|(config, _)| config)
     }
 
     #[test]
@@ -365,7 +227,7 @@ mod tests {
         assert_eq!((config.method.name(), config.seed), ("paper", 2));
         assert_eq!(basis("robust", &config), "paper");
         let both = resolved("robust", "[robust]\n[paper]\n", &[]);
-        assert!(matches!(both, Err(SettingsError::ManyMethods { .. })), "{both:?}");
+        assert!(matches!(both, Err(Error::ManyMethods(..))), "{both:?}");
     }
 
     const MADE_UP: &str =
@@ -374,32 +236,34 @@ mod tests {
     #[test]
     fn a_network_is_loaded_where_the_method_can_use_one() {
         let path = Path::new(MADE_UP);
-        let given = Overrides { model: Some(path), ..Overrides::default() };
-        let (config, paths) = resolve_with_paths("network", None, given).unwrap();
+        let with = |model: &Path, runtime: Option<&Path>| Overrides {
+            paths: ModelPaths {
+                model: Some(model.into()),
+                runtime: runtime.map(Path::to_path_buf),
+            },
+            ..Overrides::default()
+        };
+        let (config, paths) = resolve("network", None, with(path, None)).unwrap();
         let network = config.network.expect("is loaded");
         assert_eq!((network.name(), paths.model.as_deref()), ("VitTrack", Some(path)));
         for preset in ["network", "robust"] {
             let in_file = resolved(preset, &format!("model = {MADE_UP:?}"), &[]).unwrap();
             assert_eq!(in_file.network.as_ref(), Some(&network));
         }
-        let error = |preset, overrides| match resolve(preset, None, overrides) {
-            Err(SettingsError::Model(error)) => error,
-            other => panic!("{other:?}"),
-        };
-        let none = Overrides { model: Some(Path::new("none")), ..Overrides::default() };
-        let missing = error("network", none);
-        assert_eq!(resolve("robust", None, none).unwrap().network, None);
+        let error = |preset, overrides| resolve(preset, None, overrides).expect_err("is refused");
+        let none = Path::new("none");
+        let missing = error("network", with(none, None));
+        assert_eq!(resolve("robust", None, with(none, None)).unwrap().0.network, None);
         assert_eq!(resolved("robust", "model = \"none\"", &[]).unwrap().network, None);
-        assert!(matches!(missing, ModelError::Missing { method: "network" }), "{missing}");
-        assert!(matches!(error("paper", given), ModelError::Unused { .. }));
-        let library = Overrides { runtime: Some(path), ..none };
-        assert!(matches!(error("robust", library), ModelError::UnusedRuntime { .. }));
+        assert!(matches!(missing, Error::MissingModel("network")), "{missing}");
+        assert!(matches!(error("paper", with(path, None)), Error::UnusedModel(..)));
+        assert!(matches!(error("robust", with(none, Some(path))), Error::UnusedRuntime(_)));
     }
 
     #[test]
     fn wrong_settings_are_named() {
         let error = |preset, text, set: &[&str]| match resolved(preset, text, set) {
-            Err(SettingsError::Setting { error, .. }) => error.to_string(),
+            Err(Error::Setting(_, error)) => error.to_string(),
             other => panic!("{other:?}"),
         };
         let set = |set| error("robust", "", &[set]);
@@ -411,6 +275,6 @@ mod tests {
         assert_eq!(set("paper.search=4"), "unknown setting `paper.search`");
         assert_eq!(error("paper", "robust = 4", &[]), "unknown setting `robust`");
         let assignment = resolved("robust", "", &["search"]);
-        assert!(matches!(assignment, Err(SettingsError::Assignment { .. })));
+        assert!(matches!(assignment, Err(Error::Assignment(_))));
     }
 }

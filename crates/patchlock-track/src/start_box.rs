@@ -16,9 +16,9 @@ pub fn check(bbox: &BoundingBox, index: usize, width: usize, height: usize) -> R
     let Err(error) = bbox.check_in(width, height) else { return Ok(()) };
     let shown = [bbox.x, bbox.y, bbox.w, bbox.h].map(coordinate).join(",");
     if let patchlock::Error::BoxShape { max, .. } = error {
-        return Err(Error::StartBoxShape { shown, max });
+        return Err(Error::StartBoxShape(shown, max));
     }
-    Err(Error::StartBoxOutside { shown, index, width, height })
+    Err(Error::StartBoxOutside(shown, index, [width, height]))
 }
 
 fn coordinate(value: f64) -> String {

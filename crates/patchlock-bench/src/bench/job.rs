@@ -15,7 +15,6 @@ use super::store::{Clip, Footage, Identity, Run, RunFiles, Series, Store, Task, 
 use super::trackers::{self, Patchlock};
 use crate::Error;
 use crate::dataset::Dataset;
-use patchlock_track::settings::SettingsError;
 use patchlock_track::{ModelPaths, start_box};
 
 /// A run to make.
@@ -132,8 +131,7 @@ impl Job {
         if let Identity::Patchlock { configuration, network: Some(_), .. } = &mut identity
             && configuration.network.is_none()
         {
-            let network = self.paths.network(&configuration.method);
-            configuration.network = network.map_err(SettingsError::from)?;
+            configuration.network = self.paths.network(&configuration.method)?;
         }
         Ok(identity)
     }
@@ -173,7 +171,7 @@ impl Job {
             };
             let answer = answer.map_err(|error| {
                 let reason = error.to_string();
-                Error::from(patchlock_track::Error::TrackerInFrame { index, reason })
+                Error::from(patchlock_track::Error::TrackerInFrame(index, reason))
             })?;
             if let (Some(observer), Some(estimate)) = (&mut observer, subject.estimate()) {
                 let bbox = answer.bbox.unwrap_or(estimate.bbox);
@@ -211,7 +209,7 @@ pub fn of_bench(
 ) -> Result<BenchJobs, Error> {
     let dataset = Dataset::open(&options.dataset)?;
     let Plan { store, paths, tasks, before, failures } = plan::plan(options, &dataset)?;
-    let paths = paths.absolute().map_err(SettingsError::from)?;
+    let paths = paths.absolute()?;
     let job = |task: Task<'_>| {
         let files = task.frames.iter();
         let files = files.map(|file| path::absolute(file).map_err(|e| Error::read(file, e)));

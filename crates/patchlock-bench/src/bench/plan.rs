@@ -75,13 +75,8 @@ impl TrackerSpec {
     fn identity(&self) -> Result<(Identity, u64, ModelPaths), Error> {
         match self {
             Self::Patchlock { preset, config, paths, .. } => {
-                let overrides = Overrides {
-                    model: paths.model.as_deref(),
-                    runtime: paths.runtime.as_deref(),
-                    ..Overrides::default()
-                };
-                let (config, paths) =
-                    settings::resolve_with_paths(preset, config.as_deref(), overrides)?;
+                let overrides = Overrides { paths: paths.clone(), ..Overrides::default() };
+                let (config, paths) = settings::resolve(preset, config.as_deref(), overrides)?;
                 Ok((Identity::patchlock(&config, preset), config.seed, paths))
             }
             Self::Program { command, .. } => {

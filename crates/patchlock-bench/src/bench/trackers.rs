@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
-use patchlock::{BoundingBox, Estimate, TrackerConfig};
+use patchlock::{BoundingBox, Estimate, Tracker, TrackerConfig};
 use patchlock_media::{Picture, image_file};
 
 use super::store::{Identity, with_seed};
@@ -12,7 +12,7 @@ use super::subject::{Answer, Subject};
 use super::trax::Trax;
 use crate::Error;
 use patchlock_track::UsedNetwork;
-use patchlock_track::session::{self, Session};
+use patchlock_track::session::{self, timed_on};
 use rayon::ThreadPool;
 
 /// The tracker of this project. Its times exclude decoding.
@@ -20,7 +20,7 @@ pub struct Patchlock {
     config: TrackerConfig,
     pool: Arc<ThreadPool>,
     /// `None` before the first box.
-    session: Option<Session>,
+    tracker: Option<Tracker>,
 }
 
 impl Patchlock {
@@ -30,7 +30,7 @@ impl Patchlock {
     /// [`Error::Subject`] if the configuration is invalid; [`Error::Track`].
     pub fn new(config: TrackerConfig, threads: usize) -> Result<Self, Error> {
         config.validate().map_err(|error| Error::Subject(error.to_string()))?;
-        Ok(Self { config, pool: session::pool(Some(threads))?, session: None })
+        Ok(Self { config, pool: session::pool(Some(threads))?, tracker: None })
     }
 
     /// Creates the tracker that an identity describes, with this seed.
@@ -60,7 +60,7 @@ impl Patchlock {
 
     /// The estimate of the latest frame; `None` before the first one.
     pub fn estimate(&self) -> Option<&Estimate> {
-        self.session.as_ref().map(Session::estimate)
+        self.tracker.as_ref().map(Tracker::estimate)
     }
 
     /// Starts on a box in a picture.
@@ -73,10 +73,10 @@ impl Patchlock {
         bbox: BoundingBox,
     ) -> Result<Answer, patchlock::Error> {
         let frame = picture.frame()?;
-        let (config, pool) = (self.config.clone(), Arc::clone(&self.pool));
-        let (session, seconds) = Session::start(config, pool, &frame, bbox)?;
-        let answer = Answer::of_estimate(session.estimate(), seconds);
-        self.session = Some(session);
+        let config = self.config.clone();
+        let (tracker, seconds) = timed_on(&self.pool, || Tracker::start(config, &frame, bbox))?;
+        let answer = Answer::of_estimate(tracker.estimate(), seconds);
+        self.tracker = Some(tracker);
         // The first box of a trajectory is the one that was given.
         Ok(Answer { bbox: Some(bbox), ..answer })
     }
@@ -88,8 +88,8 @@ impl Patchlock {
     pub fn follow_to(&mut self, picture: &Picture) -> Result<Answer, patchlock::Error> {
         let frame = picture.frame()?;
         // Without a first box there is nothing to follow.
-        let Some(session) = &mut self.session else { return Ok(Answer::of_box(None, 0.0)) };
-        let (estimate, seconds) = session.update(&frame)?;
+        let Some(tracker) = &mut self.tracker else { return Ok(Answer::of_box(None, 0.0)) };
+        let (estimate, seconds) = timed_on(&self.pool, || tracker.update(&frame))?;
         Ok(Answer::of_estimate(estimate, seconds))
     }
 }

@@ -110,7 +110,7 @@ fn folders_without_a_dataset() {
     assert!(matches!(Dataset::open(&file), Err(Error::NoDataset { .. })));
     assert!(matches!(
         Dataset::open(&empty.path().join("no")),
-        Err(Error::Track(patchlock_track::Error::Read { .. }))
+        Err(Error::Track(patchlock_track::Error::Read(..)))
     ));
 }
 
@@ -218,5 +218,5 @@ fn paths_without_results() {
     let read = |name: &str| results::read(&folder.path().join(name), &truth);
     assert!(matches!(read("empty"), Err(Error::NoResults { .. })));
     assert!(matches!(read("truth/one.txt"), Err(Error::NoResults { .. })));
-    assert!(matches!(read("nowhere"), Err(Error::Track(patchlock_track::Error::Read { .. }))));
+    assert!(matches!(read("nowhere"), Err(Error::Track(patchlock_track::Error::Read(..)))));
 }

@@ -89,8 +89,7 @@ pub struct BenchArgs {
         long,
         value_name = "1..=86400",
         default_value = "60",
-        value_parser = clap::value_parser!(u64).range(1..=MOST_SECONDS),
-        allow_negative_numbers = true
+        value_parser = clap::value_parser!(u64).range(1..=MOST_SECONDS)
     )]
     timeout: u64,
 
@@ -103,8 +102,7 @@ pub struct BenchArgs {
         long,
         value_name = "1..=10000",
         default_value = "1",
-        value_parser = clap::value_parser!(u64).range(1..=MOST_SEEDS),
-        allow_negative_numbers = true
+        value_parser = clap::value_parser!(u64).range(1..=MOST_SEEDS)
     )]
     seeds: u64,
 
@@ -118,17 +116,11 @@ pub struct BenchArgs {
 
     /// Parallel runs, each with its share of the threads; with more than 1 the times do not measure
     /// speed
-    #[arg(
-        long,
-        value_name = THREADS_SHOWN,
-        default_value = "1",
-        value_parser = threads(),
-        allow_negative_numbers = true
-    )]
+    #[arg(long, value_name = THREADS_SHOWN, default_value = "1", value_parser = threads())]
     jobs: usize,
 
     /// Threads for all runs together [default: one per core]; the number does not change the boxes
-    #[arg(long, value_name = THREADS_SHOWN, value_parser = threads(), allow_negative_numbers = true)]
+    #[arg(long, value_name = THREADS_SHOWN, value_parser = threads())]
     threads: Option<usize>,
 
     /// Only the Ith of N parts of the runs, counted from 1; all parts may share a folder

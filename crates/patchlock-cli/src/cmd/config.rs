@@ -45,8 +45,8 @@ pub struct ConfigArgs {
 }
 
 pub fn run(args: &ConfigArgs) -> Result<()> {
-    let config = settings::resolve(&args.preset, None, Overrides::default());
-    let config = config.map_err(Failure::from)?;
+    let resolved = settings::resolve(&args.preset, None, Overrides::default());
+    let (config, _) = resolved.map_err(Failure::from)?;
     let text = commented(&config, &args.preset, args.research)?;
     Ok(print(&text)?)
 }
@@ -74,7 +74,7 @@ fn commented(config: &TrackerConfig, preset: &str, research: bool) -> Result<Str
             text += &format!("\n# ---- {source} ----\n");
         }
         text += &comment(&format!("{} Range: {}.", parameter.purpose, parameter.range));
-        let value = settings::to_toml(&config.get(parameter.name)?);
+        let value = toml::Value::try_from(config.get(parameter.name)?)?;
         text += &format!("{} = {value}\n", parameter.name);
     }
     Ok(text)
@@ -95,7 +95,7 @@ mod tests {
         for (preset, research) in
             Preset::ALL.into_iter().flat_map(|preset| [(preset, false), (preset, true)])
         {
-            let config = settings::resolve(preset.name(), None, Overrides::default()).unwrap();
+            let (config, _) = settings::resolve(preset.name(), None, Overrides::default()).unwrap();
             let text = commented(&config, preset.name(), research).expect("prints");
             let mut back: TrackerConfig = toml::from_str(&text).expect("reads");
             back.network.clone_from(&config.network);

@@ -24,7 +24,7 @@ use crate::output::row::LostPosition;
 use crate::output::strip::{self, Panel};
 use crate::output::tables::{Format, Table};
 use crate::output::video::{QUALITY, Video};
-use crate::output::view::{Style, View};
+use crate::output::view::View;
 use crate::output::{Sink, TargetResult, TrackedFrame};
 use crate::progress::Progress;
 use crate::run::Run;
@@ -139,7 +139,7 @@ fn begin(out: &Path, scene: &Scene, targets: &Targets) -> Result<(Run, DemoOutpu
     let first = scene.frame(0);
     let input = create("input.mp4")?;
     let write_error = Box::new(input.error_handler());
-    let (frames, view) = (Some(scene.len()), View::new(Style::default()));
+    let (frames, view) = (Some(scene.len()), View::new(true, None));
     let video = Video::new(create("demo.mp4")?, FrameRate::DEFAULT, view, QUALITY, frames);
     // The video first: completing it may still fail, before the other files are in place.
     let sinks: Vec<Box<dyn Sink>> = vec![
@@ -259,12 +259,12 @@ fn panel(
     let rgb = picture.to_rgb();
     let rows = rgb.chunks_exact(picture.width * 3).skip(top).take(side);
     let part = rows.flat_map(|row| &row[left * 3..(left + side) * 3]).copied().collect();
-    let targets = [target.shifted(-(left as f64), -(top as f64))];
+    let targets = [target.placed([left, top].map(|at| at as f64), 1.0)];
     let part = Arc::new(Picture::rgb(side, side, part));
     let part = TrackedFrame { frame, ms, targets: &targets, picture: &part };
     let estimate = &target.estimate;
     Ok(Panel {
-        frame: View::new(Style::default()).draw(&part)?,
+        frame: View::new(true, None).draw(&part)?,
         title: what.to_string(),
         status: estimate.status.to_string().to_uppercase(),
         note: overlap.map_or_else(String::new, |overlap| format!("overlap {overlap:.2}")),

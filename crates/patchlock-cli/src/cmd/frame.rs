@@ -10,6 +10,7 @@ use patchlock_drawing::canvas::{Area, Canvas};
 use patchlock_drawing::text;
 use patchlock_media::live::Address;
 use patchlock_media::{Feed, Limits, Order, Picture, Prefetcher};
+use patchlock_track::files;
 
 use super::{LimitArgs, input};
 use crate::failure::{Failure, failed, interrupted, say, usage};
@@ -43,7 +44,7 @@ pub struct FrameArgs {
     source: OsString,
 
     /// Number of the frame
-    #[arg(long, value_name = "0..", default_value = "0", allow_negative_numbers = true)]
+    #[arg(long, value_name = "0..", default_value = "0")]
     at: usize,
 
     /// Draw numbered grid lines
@@ -60,7 +61,6 @@ pub struct FrameArgs {
         long,
         value_name = "10..1000",
         default_value = "100",
-        allow_negative_numbers = true,
         requires = "around",
         value_parser = clap::value_parser!(u16).range(10..=1000)
     )]
@@ -80,7 +80,7 @@ pub struct FrameArgs {
 
 pub fn run(args: &FrameArgs) -> Result<()> {
     let out = args.out.clone().unwrap_or_else(|| format!("frame_{:06}.png", args.at).into());
-    if !out.extension().is_some_and(|end| end.eq_ignore_ascii_case("png")) {
+    if !files::ends_with(&out, "png") {
         let message = format!("--out {}: unknown extension; use .png", out.display());
         return Err(usage(message).hint("a frame is saved without loss, as PNG").into());
     }

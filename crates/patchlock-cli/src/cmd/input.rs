@@ -21,12 +21,7 @@ pub struct LiveArgs {
     /// Seconds to wait in all for a stream of the network that was lost
     ///
     /// They are spent between attempts to open it. With 0, tracking ends where the stream ends.
-    #[arg(
-        long,
-        value_name = "0..",
-        default_value_t = Options::RECONNECT.as_secs(),
-        allow_negative_numbers = true
-    )]
+    #[arg(long, value_name = "0..", default_value_t = Options::RECONNECT.as_secs())]
     reconnect: u64,
 }
 

@@ -6,9 +6,9 @@ pub mod dataset;
 pub mod demo;
 pub mod export;
 pub mod frame;
-mod hosts;
 mod input;
 pub mod model;
+mod page;
 mod pictures;
 pub mod report;
 pub mod score;
@@ -51,6 +51,19 @@ fn threads() -> RangedU64ValueParser<usize> {
     RangedU64ValueParser::new().range(THREADS)
 }
 
+fn positive<T: TryFrom<u64>>() -> RangedU64ValueParser<T> {
+    RangedU64ValueParser::new().range(1..)
+}
+
+/// The same command, in which all options take negative numbers: those that are out of range are
+/// then refused as such.
+fn with_negative_numbers(command: clap::Command) -> clap::Command {
+    command.mut_args(|arg| {
+        let takes_value = arg.get_action().takes_values() && !arg.is_positional();
+        arg.allow_negative_numbers(takes_value)
+    })
+}
+
 /// What a source may claim, for all commands that read one.
 #[derive(Debug, Args)]
 struct LimitArgs {
@@ -61,8 +74,7 @@ struct LimitArgs {
         long,
         value_name = "1..",
         default_value_t = Limits::DEFAULT_PIXELS,
-        allow_negative_numbers = true,
-        value_parser = RangedU64ValueParser::<usize>::new().range(1..)
+        value_parser = positive::<usize>()
     )]
     max_pixels: usize,
 }
@@ -104,7 +116,13 @@ static VERSION: LazyLock<String> =
 /// A visual object tracker. Draw a box in the first frame of a video; get the box in all other
 /// frames, a score, and which parts are hidden.
 #[derive(Debug, Parser)]
-#[command(name = "patchlock", version = VERSION.as_str(), after_help = EXAMPLES, max_term_width = 110)]
+#[command(
+    name = "patchlock",
+    version = VERSION.as_str(),
+    after_help = EXAMPLES,
+    max_term_width = 110,
+    mut_subcommands = with_negative_numbers
+)]
 pub struct Cli {
     #[command(subcommand)]
     command: Command,

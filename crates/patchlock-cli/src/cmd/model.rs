@@ -7,9 +7,7 @@ use std::sync::LazyLock;
 use anyhow::Result;
 use clap::Args;
 use patchlock::{KNOWN_MODELS, ModelFile, Network, NetworkError};
-use patchlock_track::ModelError;
-use patchlock_track::models;
-use patchlock_track::settings::SettingsError;
+use patchlock_track::{Error, models};
 
 use crate::failure::Failure;
 use crate::output::printed::{print, quoted, wrapped};
@@ -56,26 +54,21 @@ pub fn run(args: &ModelArgs) -> Result<()> {
     let described = describe(&args.path, &mut text);
     // What was found before an error helps to understand it.
     print(&text)?;
-    Ok(described.map_err(failure)?)
+    Ok(described.map_err(Failure::from)?)
 }
 
-fn failure(error: ModelError) -> Failure {
-    SettingsError::from(error).into()
-}
-
-fn describe(path: &Path, text: &mut String) -> Result<(), ModelError> {
+fn describe(path: &Path, text: &mut String) -> Result<(), Error> {
     for (file, bytes) in models::contents(path)? {
-        let unusable = |error| ModelError::Unusable { path: file.clone(), error };
-        let found = ModelFile::examine(&bytes).map_err(unusable)?;
+        let found = ModelFile::examine(&bytes);
+        let found = found.map_err(|error| Error::Model(file.clone(), error))?;
         *text += &of_file(&file, bytes.len(), &found);
         text.push('\n');
     }
     match models::load(path, None) {
         Ok(network) => *text += &of_network(path, &network),
-        Err(ModelError::Unusable {
-            error: NetworkError::Incomplete { family, missing, .. },
-            ..
-        }) if !path.is_dir() => {
+        Err(Error::Model(_, NetworkError::Incomplete { family, missing, .. }))
+            if !path.is_dir() =>
+        {
             *text += &format!(
                 "This is a part of a network: {family} also needs the {missing}. Put both files \
                  into a folder.\n"

@@ -1,15 +1,18 @@
 //! The options of annotated videos.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use clap::builder::RangedU64ValueParser;
 use clap::{ArgGroup, Args};
+use patchlock_media::FrameRate;
 
-use super::on_or_off;
+use super::{on_or_off, positive};
 use crate::failure::{Failure, usage};
-use crate::output::plan::Pictures;
-use crate::output::video::QUALITY;
-use crate::output::view::Style;
+use crate::output::Sink;
+use crate::output::background_sink::BackgroundSink;
+use crate::output::gif::{self, Gif};
+use crate::output::pending::PendingFile;
+use crate::output::video::{self, QUALITY, Video};
+use crate::output::view::View;
 
 /// The part around a target, in sides of its box.
 const CROP: std::ops::RangeInclusive<f64> = 1.0..=20.0;
@@ -36,7 +39,6 @@ pub struct PictureArgs {
         long,
         value_name = "0..51",
         default_value_t = QUALITY,
-        allow_negative_numbers = true,
         requires = "video",
         value_parser = clap::value_parser!(u8).range(0..=51)
     )]
@@ -46,7 +48,7 @@ pub struct PictureArgs {
     ///
     /// It has ten frames per second, and is at most 480 pixels wide.
     #[arg(long, value_name = "FILE.gif")]
-    gif: Option<PathBuf>,
+    pub gif: Option<PathBuf>,
 
     /// Largest size of --gif in MB
     ///
@@ -55,16 +57,15 @@ pub struct PictureArgs {
         long,
         value_name = "1..",
         default_value = "8",
-        allow_negative_numbers = true,
         requires = "gif",
-        value_parser = RangedU64ValueParser::<usize>::new().range(1..)
+        value_parser = positive::<usize>()
     )]
     gif_mb: usize,
 
     /// Show only the part around the target in --video and --gif
     ///
     /// It is this many times as wide as the larger side of the target's box. Only for a single target.
-    #[arg(long, value_name = "1..20", allow_negative_numbers = true, requires = "pictures")]
+    #[arg(long, value_name = "1..20", requires = "pictures")]
     crop: Option<f64>,
 
     /// Panels with score and patches in --video and --gif [default: on]
@@ -75,24 +76,43 @@ pub struct PictureArgs {
 }
 
 impl PictureArgs {
-    /// The videos to write of one target, or of `many`.
-    pub fn plan(&self, many: bool) -> Result<Pictures, Failure> {
-        if let Some(crop) = self.crop {
-            if !CROP.contains(&crop) {
-                let message = format!("--crop {crop}: must be {} to {}", CROP.start(), CROP.end());
-                return Err(
-                    usage(message).hint("--crop 4 shows a square four times the target's side")
-                );
-            }
-            if many {
-                return Err(usage(
-                    "--crop shows the part around one target, and there are several",
-                )
-                .hint("leave it out, or track one target at a time"));
-            }
+    /// Checks --crop for one target, or for `many`.
+    pub fn check_crop(&self, many: bool) -> Result<(), Failure> {
+        let Some(crop) = self.crop else { return Ok(()) };
+        if !CROP.contains(&crop) {
+            let message = format!("--crop {crop}: must be {} to {}", CROP.start(), CROP.end());
+            return Err(usage(message).hint("--crop 4 shows a square four times the target's side"));
         }
-        let style = Style { panels: self.panel.unwrap_or(true), crop: self.crop };
-        let (video, gif) = (self.video.clone(), self.gif.clone());
-        Ok(Pictures { video, quality: self.quality, gif, gif_megabytes: self.gif_mb, style })
+        if many {
+            return Err(usage("--crop shows the part around one target, and there are several")
+                .hint("leave it out, or track one target at a time"));
+        }
+        Ok(())
+    }
+
+    /// Checks the names of the files.
+    pub fn check_names(&self) -> Result<(), Failure> {
+        self.video.as_deref().map_or(Ok(()), video::check_name)?;
+        self.gif.as_deref().map_or(Ok(()), gif::check_name)
+    }
+
+    /// Opens the videos, of frames at this rate.
+    pub fn open(
+        &self,
+        create: impl Fn(&Path) -> Result<PendingFile, Failure>,
+        rate: FrameRate,
+        expected: Option<usize>,
+    ) -> Result<Vec<Box<dyn Sink>>, Failure> {
+        let view = || View::new(self.panel.unwrap_or(true), self.crop);
+        let mut sinks: Vec<Box<dyn Sink>> = Vec::new();
+        if let Some(path) = &self.video {
+            let video = Video::new(create(path)?, rate, view(), self.quality, expected);
+            sinks.push(Box::new(BackgroundSink::new(Box::new(video))));
+        }
+        if let Some(path) = &self.gif {
+            let gif = Gif::new(create(path)?, rate, view(), self.gif_mb, expected);
+            sinks.push(Box::new(BackgroundSink::new(Box::new(gif))));
+        }
+        Ok(sinks)
     }
 }

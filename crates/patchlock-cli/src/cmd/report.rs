@@ -75,7 +75,6 @@ pub struct ReportArgs {
         long,
         value_name = "0..=40",
         default_value = "10",
-        allow_negative_numbers = true,
         value_parser = clap::value_parser!(u8).range(0..=40)
     )]
     best: u8,
@@ -86,7 +85,6 @@ pub struct ReportArgs {
         long,
         value_name = "0..=12",
         default_value = "3",
-        allow_negative_numbers = true,
         value_parser = clap::value_parser!(u8).range(0..=12)
     )]
     thumbnails: u8,
@@ -97,7 +95,7 @@ pub struct ReportArgs {
     plots: Option<PathBuf>,
 
     /// Seed of the bootstrap from which the intervals are computed
-    #[arg(long, value_name = "0..", default_value = "0", allow_negative_numbers = true)]
+    #[arg(long, value_name = "0..", default_value = "0")]
     seed: u64,
 
     /// No progress bar

@@ -63,12 +63,7 @@ impl ModelArgs {
 impl SettingsArgs {
     /// The configuration, with a seed that takes precedence.
     pub fn resolve(&self, seed: Option<u64>) -> Result<TrackerConfig, Failure> {
-        let overrides = Overrides {
-            set: &self.set,
-            seed,
-            model: self.model.model.as_deref(),
-            runtime: self.model.runtime.as_deref(),
-        };
-        settings::resolve(&self.preset, self.config.as_deref(), overrides).map_err(Failure::from)
+        let overrides = Overrides { set: &self.set, seed, paths: self.model.paths() };
+        Ok(settings::resolve(&self.preset, self.config.as_deref(), overrides)?.0)
     }
 }

@@ -5,16 +5,15 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use clap::Args;
-use clap::builder::RangedU64ValueParser;
 use etcetera::BaseStrategy as _;
 use patchlock_media::{Helper, Limits};
 use patchlock_studio::project;
 use patchlock_studio::server::{self, Options, ProjectLocation, Server, Timeouts};
 use patchlock_track::files;
 
-use super::hosts::HostArgs;
+use super::page::PageArgs;
 use super::settings::SettingsArgs;
-use super::{LimitArgs, THREADS_SHOWN, threads};
+use super::{LimitArgs, THREADS_SHOWN, positive, threads};
 use crate::failure::{Failure, failed, say, usage};
 use crate::interrupt;
 use crate::output::printed::print;
@@ -51,21 +50,13 @@ pub struct StudioArgs {
     #[arg(value_name = "VIDEO|FOLDER")]
     videos: Vec<PathBuf>,
 
-    /// Port to listen on; with 0 the system chooses a free one
-    #[arg(long, value_name = "0..65535", default_value = "0", allow_negative_numbers = true)]
-    port: u16,
-
     /// Address to listen on. With another address, other machines can open the page with the token,
     /// unencrypted
     #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1")]
     listen: IpAddr,
 
-    /// Print the address without opening a browser
-    #[arg(long)]
-    no_open: bool,
-
     #[command(flatten)]
-    hosts: HostArgs,
+    page: PageArgs,
 
     /// Project file, for a single video [default: beside the video: clip.patchlock.json for
     /// clip.mp4]
@@ -85,15 +76,14 @@ pub struct StudioArgs {
     uploads: PathBuf,
 
     /// Largest upload in MB
-    #[arg(long, value_name = "1..", default_value = "4096", allow_negative_numbers = true,
-        value_parser = RangedU64ValueParser::<u64>::new().range(1..))]
+    #[arg(long, value_name = "1..", default_value = "4096", value_parser = positive::<u64>())]
     max_upload: u64,
 
     #[command(flatten)]
     settings: SettingsArgs,
 
     /// Number of threads [default: one per core]; it does not change the boxes
-    #[arg(long, value_name = THREADS_SHOWN, allow_negative_numbers = true, value_parser = threads())]
+    #[arg(long, value_name = THREADS_SHOWN, value_parser = threads())]
     threads: Option<usize>,
 
     #[command(flatten)]
@@ -127,8 +117,8 @@ pub fn run(args: &StudioArgs, helper: Option<Helper>) -> Result<()> {
         projects: args.projects(),
         config,
         threads: args.threads,
-        address: SocketAddr::new(args.listen, args.port),
-        hosts: args.hosts.hosts(),
+        address: SocketAddr::new(args.listen, args.page.port),
+        hosts: args.page.hosts(),
         // There is one studio in a process.
         limits: Limits {
             helper: helper.map(|it| &*Box::leak(Box::new(it))),
@@ -158,7 +148,7 @@ pub fn run(args: &StudioArgs, helper: Option<Helper>) -> Result<()> {
         say(&format!("note: at another host, too, the address of the page ends with #{secret}"));
     }
     say("Ctrl-C ends the program.");
-    if !args.no_open {
+    if !args.page.no_open {
         browser::show(server.address_once());
     }
     for file in server.run(interrupt::requested).map_err(failure)? {

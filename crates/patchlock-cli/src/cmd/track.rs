@@ -7,7 +7,6 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use anyhow::{Error, Result};
-use clap::builder::RangedU64ValueParser;
 use clap::{ArgGroup, Args};
 use patchlock::Method;
 use patchlock_media::live::Address;
@@ -15,18 +14,19 @@ use patchlock_media::{Feed, FrameRate, Limits, Order, Picture, Prefetcher};
 use patchlock_studio::project::Store;
 use patchlock_studio::server::window::Window;
 
-use super::hosts::HostArgs;
 use super::input::{self, LiveArgs};
+use super::page::PageArgs;
 use super::pictures::PictureArgs;
 use super::settings::SettingsArgs;
-use super::{LimitArgs, SEEDS_SHOWN, THREADS_SHOWN, seed, threads};
+use super::{LimitArgs, SEEDS_SHOWN, THREADS_SHOWN, positive, seed, threads};
 use crate::failure::{Failure, interrupted, say, usage};
 use crate::interrupt;
-use crate::output::inputs::Inputs;
-use crate::output::plan::{Outputs, Plan};
+use crate::output::Sink;
+use crate::output::inputs::{Inputs, resolved};
+use crate::output::pending::{self, PendingFile};
 use crate::output::row::LostPosition;
 use crate::output::summary::{Settings, Summary};
-use crate::output::tables::{Format, PipeClosed};
+use crate::output::tables::{Format, Table};
 use crate::output::video::played_by;
 use crate::preview::{self, Preview};
 use crate::progress::Progress;
@@ -188,26 +188,19 @@ pub struct TrackArgs {
         long,
         value_name = "1..",
         default_value = "500",
-        allow_negative_numbers = true,
-        value_parser = RangedU64ValueParser::<usize>::new().range(1..),
+        value_parser = positive::<usize>(),
         help_heading = TARGETS
     )]
     max_targets: usize,
 
     /// First frame of the range
-    #[arg(
-        long,
-        value_name = "0..",
-        default_value = "0",
-        allow_negative_numbers = true,
-        help_heading = FRAMES
-    )]
+    #[arg(long, value_name = "0..", default_value = "0", help_heading = FRAMES)]
     start: usize,
 
     /// End of the range, exclusive [default: all frames]
     ///
     /// --start 10 --end 20 tracks frames 10 to 19.
-    #[arg(long, value_name = "0..", allow_negative_numbers = true, help_heading = FRAMES)]
+    #[arg(long, value_name = "0..", help_heading = FRAMES)]
     end: Option<usize>,
 
     /// Take every Nth frame of the range
@@ -215,8 +208,7 @@ pub struct TrackArgs {
         long,
         value_name = "1..",
         default_value = "1",
-        allow_negative_numbers = true,
-        value_parser = RangedU64ValueParser::<usize>::new().range(1..),
+        value_parser = positive::<usize>(),
         help_heading = FRAMES
     )]
     stride: usize,
@@ -237,23 +229,11 @@ pub struct TrackArgs {
     /// Seed of the random numbers [default: the seed in the settings]
     ///
     /// The same seed gives the same boxes.
-    #[arg(
-        long,
-        value_name = SEEDS_SHOWN,
-        allow_negative_numbers = true,
-        value_parser = seed(),
-        help_heading = TRACKER
-    )]
+    #[arg(long, value_name = SEEDS_SHOWN, value_parser = seed(), help_heading = TRACKER)]
     seed: Option<u64>,
 
     /// Number of threads [default: one per core]; it does not change the boxes
-    #[arg(
-        long,
-        value_name = THREADS_SHOWN,
-        allow_negative_numbers = true,
-        value_parser = threads(),
-        help_heading = TRACKER
-    )]
+    #[arg(long, value_name = THREADS_SHOWN, value_parser = threads(), help_heading = TRACKER)]
     threads: Option<usize>,
 
     /// Positions in tables while a target is lost
@@ -267,22 +247,8 @@ pub struct TrackArgs {
     #[arg(long, value_name = "FILE.json", help_heading = OUTPUT)]
     summary: Option<PathBuf>,
 
-    /// Port of the page of --select and --preview; with 0 the system chooses a free one
-    #[arg(
-        long,
-        value_name = "0..65535",
-        default_value = "0",
-        allow_negative_numbers = true,
-        help_heading = OUTPUT
-    )]
-    port: u16,
-
-    /// Print the address of the page without opening a browser
-    #[arg(long, help_heading = OUTPUT)]
-    no_open: bool,
-
     #[command(flatten, next_help_heading = OUTPUT)]
-    hosts: HostArgs,
+    page: PageArgs,
 
     /// No progress bar
     ///
@@ -364,7 +330,19 @@ impl TrackArgs {
         }
     }
 
-    fn plan(&self, start: &Start) -> Result<Plan> {
+    /// All files that are written, in the order of the options.
+    fn files(&self) -> impl Iterator<Item = &PathBuf> {
+        let PictureArgs { video, gif, .. } = &self.pictures;
+        self.save.iter().chain(video).chain(gif).chain(&self.summary)
+    }
+
+    /// Whether the table goes to standard output, which it does if no file and no project is given.
+    fn prints(&self) -> bool {
+        self.project.is_none() && self.files().next().is_none()
+    }
+
+    /// Checks names, duplicates and existing files, before the work starts.
+    fn check_outputs(&self, start: &Start) -> Result<(), Failure> {
         let many = matches!(start, Start::Known(targets) if targets.many);
         self.check_files(many)?;
         let inputs = [
@@ -379,9 +357,39 @@ impl TrackArgs {
         if self.live.address(&self.source)?.is_none() {
             inputs = inputs.with_source(&self.source);
         }
-        let (pictures, summary) = (self.pictures.plan(many)?, self.summary.as_deref());
-        let plan = Plan::check(&self.save, pictures, summary, self.overwrite, &inputs)?;
-        Ok(plan.with_project(self.project.is_some()))
+        self.pictures.check_crop(many)?;
+        self.save.iter().try_for_each(|file| Format::of(file).map(drop))?;
+        self.pictures.check_names()?;
+        let mut taken: Vec<PathBuf> = Vec::new();
+        for path in self.files() {
+            pending::check(path, self.overwrite)?;
+            inputs.check(path)?;
+            let place = resolved(path);
+            if taken.contains(&place) {
+                return Err(usage(format!("{} is given for two outputs", path.display()))
+                    .hint("give each its own name"));
+            }
+            taken.push(place);
+        }
+        Ok(())
+    }
+
+    fn create(&self, path: &Path) -> Result<PendingFile, Failure> {
+        PendingFile::create(path, self.overwrite)
+    }
+
+    /// Opens the outputs that receive tracked frames, before the first one.
+    fn open(&self, rate: FrameRate, expected: Option<usize>) -> Result<Vec<Box<dyn Sink>>> {
+        let mut sinks: Vec<Box<dyn Sink>> = Vec::new();
+        for path in &self.save {
+            let file = self.create(path)?.keep_partial();
+            sinks.push(Box::new(Table::new(Format::of(path)?, self.lost, file)));
+        }
+        sinks.extend(self.pictures.open(|path| self.create(path), rate, expected)?);
+        if self.prints() {
+            sinks.push(Box::new(Table::new(Format::Csv, self.lost, io::stdout())));
+        }
+        Ok(sinks)
     }
 }
 
@@ -458,7 +466,7 @@ impl RunStart {
             // Who has read the address of the page may press Ctrl-C before the source is open.
             interrupt::listen()?;
         }
-        let open = || preview::open(args.port, args.hosts.hosts(), !args.no_open);
+        let open = || preview::open(args.page.port, args.page.hosts(), !args.page.no_open);
         let page = page.then(open).transpose()?;
         let mut source = InputSource::of(args, address, args.limits.limits())?;
         let mut targets = start.targets(source.first)?;
@@ -495,7 +503,7 @@ pub fn run(args: &TrackArgs) -> Result<()> {
     let start = args.start(project.as_ref())?;
     let config = args.settings.resolve(args.seed)?;
     let settings = Settings::new(&args.settings.preset, &config);
-    let plan = args.plan(&start)?;
+    args.check_outputs(&start)?;
     // Boxes that the project had are not added to it again.
     let project = project.map(|store| (store, !matches!(start, Start::Drawn) && !args.has_boxes()));
     let start = RunStart::of(args, start, address, &config.method)?;
@@ -504,15 +512,14 @@ pub fn run(args: &TrackArgs) -> Result<()> {
     let expected = order.count(length);
 
     let begun = Instant::now();
-    let Outputs { mut sinks, summary } =
-        plan.open(args.lost, played_by(rate, args.stride), expected)?;
+    let mut sinks = args.open(played_by(rate, args.stride), expected)?;
+    let summary = args.summary.as_deref().map(|path| args.create(path)).transpose()?;
     if let Some(video) = args.pictures.video.as_ref().filter(|_| source.sound) {
         say(&format!("note: {} has no sound: only pictures are written", video.display()));
     }
-    let progress = match plan.prints() {
-        true => Progress::beside_table(expected, args.quiet),
-        false => Progress::new(expected, args.quiet),
-    };
+    // On the same terminal, the bar would mix with the rows, which show the progress anyway.
+    let has_rows = args.prints() && io::stdout().is_terminal();
+    let progress = Progress::new(expected, args.quiet || has_rows);
     if let Some((store, known)) = project {
         sinks.push(Box::new(project::Output::new(store, &targets, known)));
     }
@@ -533,16 +540,20 @@ pub fn run(args: &TrackArgs) -> Result<()> {
     let even = rate.filter(|_| !is_live);
     let numbers = Summary::new(run.measurements(), even, settings, run.threads());
     let count = numbers.frames;
-    let mut completed = CompletedOutputs::default();
+    let (mut error, mut files) = (tracked.err(), Vec::new());
+    let mut complete = |finished: Result<Option<PathBuf>>| match finished {
+        Ok(file) => files.extend(file),
+        Err(failed) => drop(error.get_or_insert(failed)),
+    };
     if count > 0 {
-        run.into_sinks().into_iter().for_each(|sink| completed.add(sink.finish()));
+        run.into_sinks().into_iter().for_each(|sink| complete(sink.finish()));
     }
     let numbers = numbers.with_run(begun.elapsed().as_secs_f64(), feed.dropped());
     progress.finish(&numbers.to_string());
     if count > 0 {
-        summary.into_iter().for_each(|file| completed.add(numbers.write(file).map(Some)));
+        summary.into_iter().for_each(|file| complete(numbers.write(file).map(Some)));
     }
-    conclude(tracked, completed, count)
+    conclude(error, &files, count)
 }
 
 fn nothing_to_track(order: &Order) -> Error {
@@ -552,32 +563,17 @@ fn nothing_to_track(order: &Order) -> Error {
     Failure::from(order.nothing()).into()
 }
 
-/// The completed outputs, and the first error while completing them.
-#[derive(Default)]
-struct CompletedOutputs {
-    files: Vec<PathBuf>,
-    error: Option<Error>,
-}
-
-impl CompletedOutputs {
-    fn add(&mut self, finished: Result<Option<PathBuf>>) {
-        match finished {
-            Ok(file) => self.files.extend(file),
-            Err(error) => self.error = self.error.take().or(Some(error)),
-        }
-    }
+fn is_closed_pipe(error: &Error) -> bool {
+    let error = error.downcast_ref::<io::Error>();
+    error.is_some_and(|error| error.kind() == io::ErrorKind::BrokenPipe)
 }
 
 /// The result of the run: the first error, after a note that lists the files that were kept.
-fn conclude(tracked: Result<()>, completed: CompletedOutputs, count: usize) -> Result<()> {
-    let error = match tracked {
-        Err(error) if error.is::<PipeClosed>() => return Ok(()),
-        Err(error) => Some(error),
-        Ok(()) => completed.error,
-    };
-    let names: Vec<String> =
-        completed.files.iter().map(|file| file.display().to_string()).collect();
+fn conclude(error: Option<Error>, files: &[PathBuf], count: usize) -> Result<()> {
+    let names: Vec<String> = files.iter().map(|file| file.display().to_string()).collect();
     match error {
+        // The reader of standard output has closed it, as `head` does.
+        Some(error) if is_closed_pipe(&error) => Ok(()),
         Some(error) => {
             if !names.is_empty() {
                 say(&format!(

@@ -46,17 +46,11 @@ pub struct TraxArgs {
 
     /// Seed of the random numbers [default: the seed in the settings]; the same seed gives the same
     /// boxes
-    #[arg(
-        long,
-        value_name = SEEDS_SHOWN,
-        env = SEED_VARIABLE,
-        allow_negative_numbers = true,
-        value_parser = seed()
-    )]
+    #[arg(long, value_name = SEEDS_SHOWN, env = SEED_VARIABLE, value_parser = seed())]
     seed: Option<u64>,
 
     /// Number of threads [default: one per core]; it does not change the boxes
-    #[arg(long, value_name = THREADS_SHOWN, allow_negative_numbers = true, value_parser = threads())]
+    #[arg(long, value_name = THREADS_SHOWN, value_parser = threads())]
     threads: Option<usize>,
 }
 

@@ -3,13 +3,12 @@
 use std::panic::resume_unwind;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::mpsc::{self, Receiver, Sender, SyncSender};
+use std::sync::mpsc::{self, Receiver, SyncSender};
 use std::thread::{self, JoinHandle};
 
 use anyhow::{Error, Result};
-use patchlock_media::Picture;
 
-use super::{Sink, TargetResult, TrackedFrame};
+use super::{Sink, TrackedFrame};
 
 /// The output is at most this many frames behind. An error of it ends the run exactly so many
 /// frames later, however fast the thread is.
@@ -18,74 +17,49 @@ const FRAMES: usize = 3;
 /// A sink on its own thread, which gets the frames in order.
 pub struct BackgroundSink {
     /// `None` when no more come.
-    messages: Option<SyncSender<Message>>,
-    done: Receiver<Result<Option<PathBuf>>>,
+    frames: Option<SyncSender<Write>>,
+    done: Receiver<Result<()>>,
     /// How many frames have been sent whose outcome is not known yet.
     under_way: usize,
-    thread: Option<JoinHandle<()>>,
+    /// Returns the sink, unless it failed.
+    thread: Option<JoinHandle<Option<Box<dyn Sink + Send>>>>,
 }
 
-/// What is sent to the thread of the sink.
-enum Message {
-    Frame {
-        frame: usize,
-        ms: f64,
-        targets: Vec<TargetResult>,
-        picture: Arc<Picture>,
-    },
-    /// Completes the output. Without it, the output is dropped.
-    Finish,
-}
+/// Writes a frame to the sink.
+type Write = Box<dyn FnOnce(&mut dyn Sink) -> Result<()> + Send>;
 
 impl BackgroundSink {
     /// Starts a thread for an output.
-    pub fn new(sink: Box<dyn Sink + Send>) -> Self {
-        let (messages, waiting) = mpsc::sync_channel(FRAMES);
+    pub fn new(mut sink: Box<dyn Sink + Send>) -> Self {
+        let (frames, waiting) = mpsc::sync_channel::<Write>(FRAMES);
         let (report, done) = mpsc::channel();
-        let thread = thread::spawn(move || serve(sink, &waiting, &report));
-        Self { messages: Some(messages), done, under_way: 0, thread: Some(thread) }
-    }
-
-    fn send(&mut self, message: Message) -> Result<()> {
-        self.under_way += 1;
-        let sent = self.messages.as_ref().map(|to| to.send(message));
-        // A thread that has panicked takes nothing more.
-        if matches!(sent, Some(Ok(()))) { Ok(()) } else { self.outcome().map(drop) }
-    }
-
-    /// The outcome of the oldest message whose outcome is not known.
-    fn outcome(&mut self) -> Result<Option<PathBuf>> {
-        self.under_way -= 1;
-        match self.done.recv() {
-            Ok(outcome) => outcome,
-            Err(_) => match self.thread.take().map(JoinHandle::join) {
-                Some(Err(panic)) => resume_unwind(panic),
-                _ => Err(Error::msg("an output was abandoned after an earlier error")),
-            },
-        }
-    }
-}
-
-/// Works until the end, or the first error.
-fn serve(
-    mut sink: Box<dyn Sink + Send>,
-    messages: &Receiver<Message>,
-    report: &Sender<Result<Option<PathBuf>>>,
-) {
-    for message in messages {
-        let outcome = match message {
-            Message::Finish => {
-                // Nobody waits for the outcome if the run was given up.
-                let _ = report.send(sink.finish());
-                return;
+        // Works until no more frames come, or the first error.
+        let work = move || {
+            for write in waiting {
+                let outcome = write(&mut *sink);
+                let failed = outcome.is_err();
+                if report.send(outcome).is_err() || failed {
+                    return None;
+                }
             }
-            Message::Frame { frame, ms, targets, picture } => {
-                sink.write(&TrackedFrame { frame, ms, targets: &targets, picture: &picture })
-            }
+            Some(sink)
         };
-        let failed = outcome.is_err();
-        if report.send(outcome.map(|()| None)).is_err() || failed {
-            return;
+        Self { frames: Some(frames), done, under_way: 0, thread: Some(thread::spawn(work)) }
+    }
+
+    /// The outcome of the oldest frame whose outcome is not known.
+    fn outcome(&mut self) -> Result<()> {
+        self.under_way -= 1;
+        self.done.recv().unwrap_or_else(|_| self.sink().map(drop))
+    }
+
+    /// The sink, when its thread has ended.
+    fn sink(&mut self) -> Result<Box<dyn Sink + Send>> {
+        self.frames = None;
+        match self.thread.take().map(JoinHandle::join) {
+            Some(Ok(Some(sink))) => Ok(sink),
+            Some(Err(panic)) => resume_unwind(panic),
+            _ => Err(Error::msg("an output was abandoned after an earlier error")),
         }
     }
 }
@@ -94,26 +68,27 @@ impl Sink for BackgroundSink {
     fn write(&mut self, tracked: &TrackedFrame<'_>) -> Result<()> {
         let TrackedFrame { frame, ms, targets, picture } = *tracked;
         let (targets, picture) = (targets.to_vec(), Arc::clone(picture));
-        self.send(Message::Frame { frame, ms, targets, picture })?;
-        if self.under_way > FRAMES {
-            self.outcome()?;
-        }
-        Ok(())
+        let write: Write = Box::new(move |sink| {
+            sink.write(&TrackedFrame { frame, ms, targets: &targets, picture: &picture })
+        });
+        self.under_way += 1;
+        // A thread that has ended takes nothing more.
+        let sent = self.frames.as_ref().is_some_and(|to| to.send(write).is_ok());
+        if sent && self.under_way <= FRAMES { Ok(()) } else { self.outcome() }
     }
 
     fn finish(mut self: Box<Self>) -> Result<Option<PathBuf>> {
         while self.under_way > 0 {
             self.outcome()?;
         }
-        self.send(Message::Finish)?;
-        self.outcome()
+        self.sink()?.finish()
     }
 }
 
 impl Drop for BackgroundSink {
     /// Waits until what the output has begun is removed.
     fn drop(&mut self) {
-        self.messages = None;
+        self.frames = None;
         if let Some(thread) = self.thread.take() {
             // A panic was printed when it happened; a second one here would end the program.
             let _ = thread.join();

@@ -1,14 +1,14 @@
-//! Draws the track on a frame: box and rotated outline, and the panels with score and patches.
-//! Lines are solid when the target is tracked, dashed when that is uncertain; of a lost target only
-//! the box is drawn, which is what is still followed or the last known one, thin and grey, with the
-//! word LOST.
+//! Draws the track on a frame: box and rotated outline, and the panels with score and patches; of
+//! many targets, each with its id and in its own colour. Lines are solid when the target is tracked,
+//! dashed when that is uncertain; of a lost target only the box is drawn, which is what is still
+//! followed or the last known one, thin and grey, with the word LOST.
 
 use patchlock::{Estimate, Status};
 use patchlock_drawing::canvas::{Canvas, Line};
 use patchlock_drawing::{LOST, lost_box, scale, tag, upright};
 
+use super::TargetResult;
 use super::panels::Panels;
-use super::{TargetResult, many};
 
 /// Visible patches and high scores. Teal and orange can be told apart with any colour vision.
 pub const VISIBLE: [u8; 3] = [46, 211, 183];
@@ -16,6 +16,17 @@ pub const VISIBLE: [u8; 3] = [46, 211, 183];
 pub const HIDDEN: [u8; 3] = [255, 127, 40];
 /// The upright box.
 pub const BOX: [u8; 3] = [255, 255, 255];
+
+/// Colours of many targets by id: the palette of Okabe and Ito, lightened to stand out on most frames.
+const COLOURS: [[u8; 3]; 7] = [
+    [255, 138, 76],
+    [87, 177, 238],
+    [47, 201, 155],
+    [238, 156, 203],
+    [242, 187, 58],
+    [155, 220, 255],
+    [230, 234, 240],
+];
 
 /// Draws targets on a canvas, and the panels, if they are wanted.
 pub fn annotate_on(
@@ -25,8 +36,23 @@ pub fn annotate_on(
     panels: Option<&mut Panels>,
 ) {
     match targets {
-        [target] if target.id.is_none() => outlines(canvas, target),
-        targets => many::outlines_and_names(canvas, targets),
+        [target] if target.id.is_none() => {
+            let colour = by_score(target.estimate.score);
+            let thin = (upright(target.bbox), 1.0, BOX);
+            outlines(canvas, target, [thin, (outline(target), 1.8, colour)]);
+            if target.estimate.status == Status::Lost {
+                tag(canvas, target.bbox, "LOST", LOST);
+            }
+        }
+        targets => {
+            for target in targets {
+                let (outline, colour) = (outline(target), by_id(target));
+                let thick = (upright(target.bbox), 1.8, colour);
+                outlines(canvas, target, [(outline, 0.8, colour), thick]);
+            }
+            // Last, so that no line covers them.
+            targets.iter().for_each(|target| name(canvas, target));
+        }
     }
     if let Some(panels) = panels {
         panels.draw(canvas, frame, targets);
@@ -35,24 +61,41 @@ pub fn annotate_on(
 
 /// The corners of the target's outline, on the canvas. They are points, and a point with integer
 /// coordinates is the centre of a pixel.
-pub fn outline(target: &TargetResult) -> [[f32; 2]; 4] {
+fn outline(target: &TargetResult) -> [[f32; 2]; 4] {
     target.estimate.corners.map(|corner| corner.map(|value| value as f32 + 0.5))
 }
 
-/// Draws the upright box and the outline of the target.
-fn outlines(canvas: &mut Canvas, target: &TargetResult) {
-    let scale = scale(canvas);
+/// Draws these outlines of the target, each with its width and colour; of a lost one only its box.
+fn outlines(
+    canvas: &mut Canvas,
+    target: &TargetResult,
+    outlines: [([[f32; 2]; 4], f32, [u8; 3]); 2],
+) {
     let dashed = match target.estimate.status {
         Status::Tracked => false,
         Status::Uncertain => true,
-        Status::Lost => {
-            lost_box(canvas, target.bbox);
-            return tag(canvas, target.bbox, "LOST", LOST);
-        }
+        Status::Lost => return lost_box(canvas, target.bbox),
     };
-    canvas.outline(&upright(target.bbox), Line { width: scale, colour: BOX, dashed });
-    let colour = by_score(target.estimate.score);
-    canvas.outline(&outline(target), Line { width: 1.8 * scale, colour, dashed });
+    let scale = scale(canvas);
+    for (corners, width, colour) in outlines {
+        canvas.outline(&corners, Line { width: width * scale, colour, dashed });
+    }
+}
+
+/// Name or id, and score, above the box.
+fn name(canvas: &mut Canvas, target: &TargetResult) {
+    let id = || target.id.unwrap_or(1).to_string();
+    let called = target.name.as_deref().map_or_else(id, str::to_owned);
+    let label = match target.estimate.status {
+        Status::Lost => format!("{called}  LOST"),
+        Status::Tracked | Status::Uncertain => format!("{called}  {:.2}", target.estimate.score),
+    };
+    tag(canvas, target.bbox, &label, by_id(target));
+}
+
+fn by_id(target: &TargetResult) -> [u8; 3] {
+    let id = target.id.unwrap_or(1);
+    COLOURS[(id.wrapping_sub(1) % COLOURS.len() as u64) as usize]
 }
 
 /// The colour of an estimate: by its score, or grey if the target is lost.
@@ -86,7 +129,7 @@ mod tests {
     use patchlock_drawing::PANEL;
 
     use super::super::example;
-    use super::super::view::{Style, View};
+    use super::super::view::View;
     use super::*;
 
     /// The frame with targets of this status, with ids if `many`.
@@ -96,7 +139,7 @@ mod tests {
         (target.bbox, target.id) = (bbox, many.then_some(1));
         // The outline is far inside the upright box.
         target.estimate.corners = [[400.0, 400.0], [800.0, 400.0], [800.0, 600.0], [400.0, 600.0]];
-        let drawn = View::new(Style::default()).draw(&example::tracked(3, &[target]));
+        let drawn = View::new(true, None).draw(&example::tracked(3, &[target]));
         drawn.expect("draws").to_rgb()
     }
 

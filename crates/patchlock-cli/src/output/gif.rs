@@ -6,6 +6,7 @@ use anyhow::{Context, Result};
 use gif::{Encoder, Frame, Repeat};
 use image::{RgbImage, imageops};
 use patchlock_media::FrameRate;
+use patchlock_track::files;
 
 use super::pending::PendingFile;
 use super::view::View;
@@ -30,7 +31,7 @@ const FRAME_OF_FILE: usize = 64;
 
 /// Fails if the name does not end in `.gif`.
 pub fn check_name(path: &Path) -> Result<(), Failure> {
-    if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("gif")) {
+    if files::ends_with(path, "gif") {
         return Ok(());
     }
     Err(usage(format!("--gif {}: the name must end in .gif", path.display()))
@@ -206,7 +207,6 @@ fn cannot_write(file: &PendingFile, error: gif::EncodingError) -> anyhow::Error 
 mod tests {
     use super::super::example;
     use super::super::pending::PendingFile;
-    use super::super::view::Style;
     use super::*;
     use patchlock::Status;
     use patchlock_media::Picture;
@@ -218,7 +218,7 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("a.gif");
         let rate = FrameRate { frames: 10, seconds: 1 };
-        let view = View::new(Style { panels: false, crop: None });
+        let view = View::new(false, None);
         let file = PendingFile::create(&path, false).expect("a file");
         let mut gif = Box::new(Gif::new(file, rate, view, megabytes, expected));
         for frame in 0..40 {

@@ -3,6 +3,8 @@
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
+use patchlock_track::files::folder_of;
+
 use crate::failure::{Failure, usage};
 
 /// The files that a command reads.
@@ -57,8 +59,7 @@ pub fn resolved(path: &Path) -> PathBuf {
     if let Ok(canonical) = path.canonicalize() {
         return canonical;
     }
-    let parent =
-        path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let parent = folder_of(path);
     let parent = parent.canonicalize().unwrap_or_else(|_| parent.to_path_buf());
     path.file_name().map_or_else(|| parent.clone(), |name| parent.join(name))
 }

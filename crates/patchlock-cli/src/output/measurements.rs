@@ -1,6 +1,7 @@
 //! What a run measures: the time of each frame, the status of each target, and when targets were
 //! lost.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use patchlock::Status;
@@ -12,17 +13,15 @@ use super::summary::round;
 #[derive(Debug, Default)]
 pub struct Measurements {
     times_ms: Vec<f64>,
-    /// All targets so far, ordered by their ids.
-    targets: Vec<History>,
+    /// All targets so far, by their ids; `None` if the run has a single target.
+    targets: BTreeMap<Option<u64>, History>,
     /// How often each [`Status`] occurred, in their order.
     statuses: [usize; Status::NAMES.len()],
     losses: Vec<LostSpan>,
 }
 
-#[derive(Debug)]
+#[derive(Debug, Default)]
 struct History {
-    /// The target's id; `None` if the run has a single target.
-    id: Option<u64>,
     name: Option<Arc<str>>,
     /// If it is lost, its entry in `losses`.
     loss: Option<usize>,
@@ -74,8 +73,8 @@ impl Measurements {
     /// Adds a frame, which took `ms` milliseconds. A frame without targets is not counted.
     pub fn add(&mut self, frame: usize, targets: &[TargetResult], ms: f64) {
         // A target that has ended cannot return, even if another begins with the same id.
-        for known in self.targets.iter_mut().filter(|known| known.loss.is_some()) {
-            known.loss = known.loss.filter(|_| targets.iter().any(|it| it.id == known.id));
+        for (id, known) in self.targets.iter_mut().filter(|(_, known)| known.loss.is_some()) {
+            known.loss = known.loss.filter(|_| targets.iter().any(|it| it.id == *id));
         }
         if targets.is_empty() {
             return;
@@ -83,12 +82,8 @@ impl Measurements {
         self.times_ms.push(ms);
         for &TargetResult { id, ref name, ref estimate, .. } in targets {
             self.statuses[estimate.status as usize] += 1;
-            let k = self.targets.binary_search_by_key(&id, |known| known.id).unwrap_or_else(|k| {
-                let (name, scores) = (name.clone(), Vec::new());
-                self.targets.insert(k, History { id, name, loss: None, scores });
-                k
-            });
-            let known = &mut self.targets[k];
+            let first = || History { name: name.clone(), ..History::default() };
+            let known = self.targets.entry(id).or_insert_with(first);
             if estimate.status != Status::Lost {
                 known.scores.push((frame, estimate.score as f32));
                 if let Some(k) = known.loss.take() {
@@ -136,7 +131,7 @@ impl Measurements {
     /// probability, and otherwise below half of the target's median score.
     pub fn low_scores(&self, is_probability: bool) -> Vec<LowScoreSpan> {
         let mut all = Vec::new();
-        for &History { id, ref name, ref scores, .. } in &self.targets {
+        for (&id, History { name, scores, .. }) in &self.targets {
             let mut sorted: Vec<f32> = scores.iter().map(|(_, score)| *score).collect();
             sorted.sort_unstable_by(f32::total_cmp);
             let Some(median) = sorted.get(sorted.len() / 2) else { continue };

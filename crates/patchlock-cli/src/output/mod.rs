@@ -8,12 +8,10 @@ pub mod draw;
 pub(crate) mod example;
 pub(crate) mod gif;
 pub(crate) mod inputs;
-mod many;
 pub(crate) mod measurements;
 pub(crate) mod panels;
 pub mod partial_files;
 pub mod pending;
-pub(crate) mod plan;
 pub(crate) mod printed;
 pub(crate) mod row;
 pub(crate) mod strip;
@@ -45,27 +43,16 @@ pub struct TargetResult {
 }
 
 impl TargetResult {
-    /// The target with all positions shifted, for a crop of the frame.
-    pub fn shifted(&self, dx: f64, dy: f64) -> Self {
-        let mut target = self.clone();
-        let Estimate { bbox, corners, .. } = &mut target.estimate;
-        for bbox in [&mut target.bbox, bbox] {
-            (bbox.x, bbox.y) = (bbox.x + dx, bbox.y + dy);
-        }
-        *corners = corners.map(|[x, y]: Point| [x + dx, y + dy]);
-        target
-    }
-
-    /// The target with all positions multiplied, for an enlarged frame. Boxes cover whole pixels,
+    /// The target in a part of the frame that begins here and is enlarged. Boxes cover whole pixels,
     /// while corners are points, and pixel centres are at whole numbers.
-    pub fn scaled(&self, by: f64) -> Self {
+    pub fn placed(&self, [left, top]: [f64; 2], by: f64) -> Self {
         let mut target = self.clone();
         let Estimate { bbox, corners, .. } = &mut target.estimate;
         for bbox in [&mut target.bbox, bbox] {
             let BoundingBox { x, y, w, h } = *bbox;
-            *bbox = BoundingBox { x: x * by, y: y * by, w: w * by, h: h * by };
+            *bbox = BoundingBox { x: (x - left) * by, y: (y - top) * by, w: w * by, h: h * by };
         }
-        *corners = corners.map(|corner: Point| corner.map(|at| (at + 0.5) * by - 0.5));
+        *corners = corners.map(|[x, y]: Point| [x - left, y - top].map(|at| (at + 0.5) * by - 0.5));
         target
     }
 }

@@ -20,33 +20,26 @@ pub struct Panels {
 
 impl Default for Panels {
     fn default() -> Self {
-        Self { status: Corner::UPPER_LEFT, maps: Corner::LOWER_RIGHT }
+        Self { status: UPPER_LEFT, maps: LOWER_RIGHT }
     }
 }
 
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Corner {
-    right: bool,
-    lower: bool,
-}
+/// Whether it is on the right, and whether it is below.
+type Corner = [bool; 2];
 
-impl Corner {
-    const UPPER_LEFT: Self = Self { right: false, lower: false };
-    const UPPER_RIGHT: Self = Self { right: true, lower: false };
-    const LOWER_LEFT: Self = Self { right: false, lower: true };
-    const LOWER_RIGHT: Self = Self { right: true, lower: true };
-    const ALL: [Self; 4] =
-        [Self::UPPER_LEFT, Self::UPPER_RIGHT, Self::LOWER_RIGHT, Self::LOWER_LEFT];
+const UPPER_LEFT: Corner = [false, false];
+const UPPER_RIGHT: Corner = [true, false];
+const LOWER_LEFT: Corner = [false, true];
+const LOWER_RIGHT: Corner = [true, true];
 
-    /// A panel of this size in the corner.
-    fn area(self, canvas: &Canvas, [w, h]: [f32; 2]) -> Area {
-        let margin = margin(canvas);
-        let at = |far: bool, side: f32, length: f32| match far {
-            true => side - length - margin,
-            false => margin,
-        };
-        Area { x: at(self.right, canvas.width(), w), y: at(self.lower, canvas.height(), h), w, h }
-    }
+/// The area of a panel of this size in a corner.
+fn place(canvas: &Canvas, [right, lower]: Corner, [w, h]: [f32; 2]) -> Area {
+    let margin = margin(canvas);
+    let at = |far: bool, side: f32, length: f32| match far {
+        true => side - length - margin,
+        false => margin,
+    };
+    Area { x: at(right, canvas.width(), w), y: at(lower, canvas.height(), h), w, h }
 }
 
 impl Panels {
@@ -71,11 +64,11 @@ impl Panels {
 
         let taken = maps.map(|_| self.maps);
         self.status = free(canvas, self.status, status, targets, taken);
-        let area = self.status.area(canvas, status);
+        let area = place(canvas, self.status, status);
         score(canvas, area, &words, estimate);
         if let Some(Visibility { large, small }) = maps {
             self.maps = free(canvas, self.maps, map_size, targets, Some(self.status));
-            let area = self.maps.area(canvas, map_size);
+            let area = place(canvas, self.maps, map_size);
             canvas.fill_round(area, margin * 0.7, PANEL, PANEL_OPACITY);
             let inner = Area { x: area.x + margin, y: area.y + margin, h: legend, ..area };
             explain(canvas, Area { w: area.w - 2.0 * margin, ..inner });
@@ -106,10 +99,11 @@ fn free(
     taken: Option<Corner>,
 ) -> Corner {
     let is_free = |corner: &Corner| {
-        let area = corner.area(canvas, size);
+        let area = place(canvas, *corner, size);
         taken != Some(*corner) && !targets.iter().any(|target| covers(area, target))
     };
-    [last].into_iter().chain(Corner::ALL).find(is_free).unwrap_or(last)
+    let all = [last, UPPER_LEFT, UPPER_RIGHT, LOWER_RIGHT, LOWER_LEFT];
+    all.into_iter().find(is_free).unwrap_or(last)
 }
 
 fn covers(area: Area, target: &TargetResult) -> bool {
@@ -203,13 +197,13 @@ mod tests {
 
     #[test]
     fn panels_leave_the_corner_of_the_target_and_stay_where_they_are_then() {
-        let (left, right) = (Corner::UPPER_LEFT, Corner::UPPER_RIGHT);
+        let (left, right) = (UPPER_LEFT, UPPER_RIGHT);
         let places = [at(400.0, 400.0), at(0.0, 0.0), at(400.0, 400.0), at(900.0, 0.0)];
         let status: Vec<_> = corners(&places).iter().map(|corners| corners[0]).collect();
         assert_eq!(status, [left, right, right, left]);
         let maps: Vec<_> =
             corners(&[at(400.0, 400.0), at(900.0, 700.0)]).iter().map(|c| c[1]).collect();
-        assert_eq!(maps, [Corner::LOWER_RIGHT, Corner::UPPER_RIGHT]);
+        assert_eq!(maps, [LOWER_RIGHT, UPPER_RIGHT]);
     }
 
     #[test]

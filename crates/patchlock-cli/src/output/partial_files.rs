@@ -6,21 +6,23 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
+use tempfile::TempPath;
+
 /// All open files.
 static OPEN: Mutex<Vec<Entry>> = Mutex::new(Vec::new());
 
+/// A file that is being written under a temporary name. Dropping it removes the file.
 struct Entry {
-    part: PathBuf,
+    part: TempPath,
     target: PathBuf,
     overwrite: bool,
     /// Whether to keep the file if it is incomplete.
     keep_partial: bool,
 }
 
-/// The registration of a file that is being written; dropping it removes the file from the list.
-pub struct PartialFileGuard {
-    part: PathBuf,
-}
+/// The registration of a file that is being written, by its temporary name; dropping it removes the
+/// file.
+pub struct PartialFileGuard(PathBuf);
 
 fn open() -> MutexGuard<'static, Vec<Entry>> {
     // A panic can't leave the list in an inconsistent state.
@@ -29,41 +31,34 @@ fn open() -> MutexGuard<'static, Vec<Entry>> {
 
 impl PartialFileGuard {
     /// Registers the temporary file `part`, which will become `target`.
-    pub fn new(part: &Path, target: &Path, overwrite: bool) -> Self {
-        let (part, target) = (part.to_path_buf(), target.to_path_buf());
-        open().push(Entry { part: part.clone(), target, overwrite, keep_partial: false });
-        Self { part }
+    pub fn new(part: TempPath, target: &Path, overwrite: bool) -> Self {
+        let guard = Self(part.to_path_buf());
+        open().push(Entry { part, target: target.to_path_buf(), overwrite, keep_partial: false });
+        guard
     }
 
     /// Keeps the file on an immediate exit even if it is incomplete.
     pub fn keep_partial(&self) {
         let mut open = open();
-        let entries = open.iter_mut().filter(|entry| entry.part == self.part);
+        let entries = open.iter_mut().filter(|entry| *entry.part == *self.0);
         entries.for_each(|entry| entry.keep_partial = true);
     }
 
-    /// Moves the file into place with `place`; an immediate exit can't interrupt this.
-    pub fn settle<T>(&self, place: impl FnOnce() -> T) -> T {
+    /// Moves the file into place; an immediate exit can't interrupt this.
+    pub fn settle(&self) -> io::Result<()> {
         let mut open = open();
-        let placed = place();
-        open.retain(|entry| entry.part != self.part);
-        placed
+        open.extract_if(.., |entry| *entry.part == *self.0).try_for_each(Entry::place)
     }
 }
 
-/// Delays an immediate exit while it lives, for writes that must not be split.
-pub struct ExitDelay {
-    _open: MutexGuard<'static, Vec<Entry>>,
-}
-
-/// Delays an immediate exit until the guard is dropped.
-pub fn delay_exit() -> ExitDelay {
-    ExitDelay { _open: open() }
+/// Delays an immediate exit until the guard is dropped, for writes that must not be split.
+pub fn delay_exit() -> impl Drop {
+    open()
 }
 
 impl Drop for PartialFileGuard {
     fn drop(&mut self) {
-        open().retain(|entry| entry.part != self.part);
+        open().retain(|entry| *entry.part != *self.0);
     }
 }
 
@@ -82,8 +77,9 @@ pub fn clean_up() -> ExitCleanup {
     let mut open = open();
     let mut result = ExitCleanup::default();
     for entry in open.drain(..) {
+        let target = entry.target.clone();
         let list = if entry.keep() { &mut result.kept } else { &mut result.removed };
-        list.push(entry.target);
+        list.push(target);
     }
     // Never unlock: a waiting thread would continue to write.
     std::mem::forget(open);
@@ -92,21 +88,17 @@ pub fn clean_up() -> ExitCleanup {
 
 impl Entry {
     /// Moves the file into place or removes it; returns whether it was kept.
-    fn keep(&self) -> bool {
+    fn keep(self) -> bool {
         let has_content = fs::metadata(&self.part).is_ok_and(|part| part.len() > 0);
-        if self.keep_partial && has_content && self.place().is_ok() {
-            return true;
-        }
-        // The program exits now, so an error can't be handled.
-        let _ = fs::remove_file(&self.part);
-        false
+        self.keep_partial && has_content && self.place().is_ok()
     }
 
-    fn place(&self) -> io::Result<()> {
-        if !self.overwrite && self.target.exists() {
-            return Err(io::ErrorKind::AlreadyExists.into());
-        }
-        fs::rename(&self.part, &self.target)
+    fn place(self) -> io::Result<()> {
+        let placed = match self.overwrite {
+            true => self.part.persist(&self.target),
+            false => self.part.persist_noclobber(&self.target),
+        };
+        placed.map_err(|error| error.error)
     }
 }
 
@@ -120,7 +112,8 @@ mod tests {
         let path = |name: &str| folder.path().join(name);
         let entry = |overwrite, keep_partial| {
             fs::write(path("a.part"), "new").unwrap();
-            Entry { part: path("a.part"), target: path("a.csv"), overwrite, keep_partial }
+            let part = TempPath::try_from_path(path("a.part")).unwrap();
+            Entry { part, target: path("a.csv"), overwrite, keep_partial }
         };
         let read = || fs::read_to_string(path("a.csv")).unwrap_or_default();
         assert!(!entry(false, false).keep() && read().is_empty());

@@ -7,9 +7,8 @@ use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
-use patchlock_bench::bench::store::temporary_in;
 use patchlock_media::without_path;
-use tempfile::NamedTempFile;
+use patchlock_track::files::{folder_of, temporary_in};
 
 use super::partial_files::{self, PartialFileGuard};
 use super::printed::quoted;
@@ -18,14 +17,10 @@ use crate::failure::{Failure, failed, usage};
 /// A file that is being written. It is removed if it is dropped without [`PendingFile::commit`].
 pub struct PendingFile {
     target: PathBuf,
-    overwrite: bool,
-    writer: Writer,
-}
-
-enum Writer {
-    Temporary(BufWriter<NamedTempFile>, PartialFileGuard),
-    /// Devices and pipes can't be replaced by renaming, so they are written directly.
-    Direct(BufWriter<File>),
+    writer: BufWriter<File>,
+    /// The temporary file. Devices and pipes can't be replaced by renaming, so they are written
+    /// directly.
+    temporary: Option<PartialFileGuard>,
 }
 
 /// Fails early if the target could not be written in the end.
@@ -50,14 +45,9 @@ pub fn check(target: &Path, overwrite: bool) -> Result<(), Failure> {
             target.display(),
             folder.display()
         ))
-        .hint(format!("mkdir -p {} creates it", quoted(&folder))));
+        .hint(format!("mkdir -p {} creates it", quoted(folder))));
     }
     Ok(())
-}
-
-fn folder_of(target: &Path) -> PathBuf {
-    let parent = target.parent().filter(|parent| !parent.as_os_str().is_empty());
-    parent.unwrap_or(Path::new(".")).to_path_buf()
 }
 
 impl PendingFile {
@@ -67,19 +57,15 @@ impl PendingFile {
         check(target, overwrite)?;
         // Follow links: the target gets the new content, the link stays.
         let target = dunce::canonicalize(target).unwrap_or_else(|_| target.to_path_buf());
-        let writer = if target.exists() && !target.is_file() {
-            fs::OpenOptions::new()
-                .write(true)
-                .open(&target)
-                .map(|file| Writer::Direct(BufWriter::new(file)))
-        } else {
-            temporary_in(&folder_of(&target)).map(|file| {
-                let registered = PartialFileGuard::new(file.path(), &target, overwrite);
-                Writer::Temporary(BufWriter::new(file), registered)
-            })
+        let opened = match target.exists() && !target.is_file() {
+            true => fs::OpenOptions::new().write(true).open(&target).map(|file| (file, None)),
+            false => temporary_in(folder_of(&target)).map(|file| {
+                let (file, part) = file.into_parts();
+                (file, Some(PartialFileGuard::new(part, &target, overwrite)))
+            }),
         };
-        let writer = writer.map_err(|error| cannot_write(target.display(), &error))?;
-        Ok(Self { target, overwrite, writer })
+        let (file, temporary) = opened.map_err(|error| cannot_write(target.display(), &error))?;
+        Ok(Self { target, writer: BufWriter::new(file), temporary })
     }
 
     /// The final path of the file.
@@ -89,16 +75,14 @@ impl PendingFile {
 
     /// Keeps the file even if the program exits immediately, before the file is complete.
     pub fn keep_partial(self) -> Self {
-        if let Writer::Temporary(_, registered) = &self.writer {
-            registered.keep_partial();
-        }
+        self.temporary.iter().for_each(PartialFileGuard::keep_partial);
         self
     }
 
     /// Delays an immediate exit while the guard lives. Not for devices and pipes, where writing may
     /// block forever.
-    pub fn delay_exit(&self) -> Option<partial_files::ExitDelay> {
-        matches!(self.writer, Writer::Temporary(..)).then(partial_files::delay_exit)
+    pub fn delay_exit(&self) -> Option<impl Drop + use<>> {
+        self.temporary.as_ref().map(|_| partial_files::delay_exit())
     }
 
     /// Writes the whole content and returns the file.
@@ -110,23 +94,15 @@ impl PendingFile {
     }
 
     /// Moves the complete file into place and returns its path.
-    pub fn commit(self) -> Result<PathBuf, Failure> {
-        let write_error = |error: io::Error| cannot_write(self.target.display(), &error);
-        let (file, registered) = match self.writer {
-            Writer::Direct(mut writer) => {
-                return writer.flush().map(|()| self.target.clone()).map_err(write_error);
-            }
-            Writer::Temporary(writer, registered) => {
-                (writer.into_inner().map_err(|error| write_error(error.into_error()))?, registered)
-            }
-        };
-        // Sync before renaming: a power failure must not leave a name without the content.
-        file.as_file().sync_all().map_err(write_error)?;
-        let placed = registered.settle(|| match self.overwrite {
-            true => file.persist(&self.target),
-            false => file.persist_noclobber(&self.target),
-        });
-        placed.map(|_| self.target.clone()).map_err(|error| write_error(error.error))
+    pub fn commit(mut self) -> Result<PathBuf, Failure> {
+        let mut placed = self.writer.flush();
+        if let Some(temporary) = &self.temporary {
+            // Sync before renaming: a power failure must not leave a name without the content.
+            placed = placed.and_then(|()| self.writer.get_ref().sync_all());
+            placed = placed.and_then(|()| temporary.settle());
+        }
+        placed.map_err(|error| self.write_error(&error))?;
+        Ok(self.target)
     }
 
     /// Adds the name of the file to an error.
@@ -166,26 +142,17 @@ pub(super) fn cannot_write(target: impl Display, error: &io::Error) -> Failure {
 
 impl Write for PendingFile {
     fn write(&mut self, data: &[u8]) -> io::Result<usize> {
-        match &mut self.writer {
-            Writer::Temporary(writer, _) => writer.write(data),
-            Writer::Direct(writer) => writer.write(data),
-        }
+        self.writer.write(data)
     }
 
     fn flush(&mut self) -> io::Result<()> {
-        match &mut self.writer {
-            Writer::Temporary(writer, _) => writer.flush(),
-            Writer::Direct(writer) => writer.flush(),
-        }
+        self.writer.flush()
     }
 }
 
 impl Seek for PendingFile {
     fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
-        match &mut self.writer {
-            Writer::Temporary(writer, _) => writer.seek(to),
-            Writer::Direct(writer) => writer.seek(to),
-        }
+        self.writer.seek(to)
     }
 }
 

@@ -4,10 +4,12 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
+use serde::Serializer as _;
+use serde_json::Value;
 
 use super::pending::PendingFile;
 use super::printed::cannot_print;
-use super::row::{LostPosition, Row};
+use super::row::{LostPosition, row};
 use super::{Sink, TrackedFrame};
 use crate::failure::{Failure, usage};
 
@@ -58,24 +60,27 @@ impl<W: Write> Table<W> {
     /// the reader of a pipe need not wait.
     pub fn add(&mut self, tracked: &TrackedFrame<'_>) -> io::Result<()> {
         let lost = self.lost;
-        tracked.targets.iter().try_for_each(|target| self.row(&Row::new(tracked, target, lost)))
+        tracked.targets.iter().try_for_each(|target| self.add_row(row(tracked, target, lost)))
     }
 
-    fn row(&mut self, row: &Row) -> io::Result<()> {
+    fn add_row(&mut self, row: Vec<(&str, Value)>) -> io::Result<()> {
         let first = !std::mem::replace(&mut self.started, true);
         let out: &mut dyn Write = &mut self.writer;
         match self.format {
             Format::Csv => {
-                let mut writer =
-                    csv::WriterBuilder::new().has_headers(first).from_writer(&mut *out);
-                writer.serialize(row).map_err(io::Error::from)?;
+                let (header, record): (Vec<_>, Vec<_>) = row.into_iter().unzip();
+                let mut writer = csv::Writer::from_writer(&mut *out);
+                if first {
+                    writer.write_record(header).map_err(io::Error::from)?;
+                }
+                writer.serialize(record).map_err(io::Error::from)?;
                 writer.flush()?;
             }
             Format::Jsonl => {
-                serde_json::to_writer(&mut *out, row)?;
+                serde_json::Serializer::new(&mut *out).collect_map(row)?;
                 out.write_all(b"\n")?;
             }
-            Format::Txt => writeln!(out, "{}", otb(row))?,
+            Format::Txt => writeln!(out, "{}", otb(&row))?,
         }
         out.flush()
     }
@@ -87,9 +92,10 @@ impl<W: Write> Table<W> {
 }
 
 /// The box as in OTB, where pixels count from 1.
-fn otb(row: &Row) -> String {
-    match (row.x, row.y, row.w, row.h) {
-        (Some(x), Some(y), Some(w), Some(h)) => {
+fn otb(row: &[(&str, Value)]) -> String {
+    let number = |name| row.iter().find(|(column, _)| *column == name)?.1.as_f64();
+    match ["x", "y", "w", "h"].map(number) {
+        [Some(x), Some(y), Some(w), Some(h)] => {
             format!("{:.4},{:.4},{w:.4},{h:.4}", x + 1.0, y + 1.0)
         }
         _ => "NaN,NaN,NaN,NaN".to_string(),
@@ -108,34 +114,11 @@ impl Sink for Table<PendingFile> {
     }
 }
 
-/// A CSV table on standard output.
-pub struct Stdout {
-    table: Table<io::Stdout>,
-}
-
-impl Stdout {
-    pub fn new(lost: LostPosition) -> Self {
-        Self { table: Table::new(Format::Csv, lost, io::stdout()) }
-    }
-}
-
-/// The reader of standard output has closed the pipe, as `head` does. This ends the run, but is not
-/// an error.
-#[derive(Debug)]
-pub struct PipeClosed;
-
-impl std::fmt::Display for PipeClosed {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str("the reader of standard output has closed the pipe")
-    }
-}
-
-impl std::error::Error for PipeClosed {}
-
-impl Sink for Stdout {
+impl Sink for Table<io::Stdout> {
     fn write(&mut self, tracked: &TrackedFrame<'_>) -> Result<()> {
-        self.table.add(tracked).map_err(|error| match error.kind() {
-            io::ErrorKind::BrokenPipe => anyhow::Error::new(PipeClosed),
+        self.add(tracked).map_err(|error| match error.kind() {
+            // As it is: it ends the run, but is not an error.
+            io::ErrorKind::BrokenPipe => error.into(),
             _ => cannot_print(&error).into(),
         })
     }

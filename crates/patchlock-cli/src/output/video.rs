@@ -3,7 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
+use patchlock_drawing::canvas::Canvas;
 use patchlock_media::{Error, FrameRate, Mp4Writer};
+use patchlock_track::files;
 
 use super::pending::PendingFile;
 use super::view::View;
@@ -12,7 +14,7 @@ use crate::failure::{Failure, usage};
 
 /// Fails if the name does not end in `.mp4`.
 pub fn check_name(path: &Path) -> Result<(), Failure> {
-    if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mp4")) {
+    if files::ends_with(path, "mp4") {
         return Ok(());
     }
     Err(usage(format!("--video {}: only .mp4 can be written", path.display()))
@@ -25,7 +27,10 @@ pub const QUALITY: u8 = 26;
 
 /// Draws the track on the frames and encodes them.
 pub struct Video {
-    state: State,
+    /// `None` once the writer has it, or was refused it.
+    file: Option<PendingFile>,
+    /// Created with the first frame, which determines the size.
+    writer: Option<Box<Mp4Writer<PendingFile>>>,
     view: View,
     rate: FrameRate,
     quality: u8,
@@ -40,14 +45,6 @@ pub fn played_by(rate: Option<FrameRate>, stride: usize) -> FrameRate {
     FrameRate { seconds: rate.seconds.saturating_mul(stride), ..rate }
 }
 
-/// The writer is created with the first frame, which determines the size.
-enum State {
-    Waiting(PendingFile),
-    Writing(Box<Mp4Writer<PendingFile>>),
-    /// An error was already reported.
-    Failed,
-}
-
 impl Video {
     /// A video to be written to `file`, with frames at this rate if they have no times. `quality`
     /// is the quantiser, `expected` the number of frames, if it is known.
@@ -59,47 +56,31 @@ impl Video {
         expected: Option<usize>,
     ) -> Self {
         let write_error = Box::new(file.error_handler());
-        Self { state: State::Waiting(file), view, rate, quality, expected, write_error }
+        Self { file: Some(file), writer: None, view, rate, quality, expected, write_error }
     }
 
-    fn writer(
-        &mut self,
-        width: usize,
-        height: usize,
-    ) -> Result<&mut Mp4Writer<PendingFile>, Error> {
-        if let State::Waiting(_) = self.state
-            && let State::Waiting(file) = std::mem::replace(&mut self.state, State::Failed)
-        {
-            self.state = State::Writing(Box::new(Mp4Writer::fastest(
-                file,
-                width,
-                height,
-                self.rate,
-                self.expected,
-                self.quality,
-            )?));
+    fn writer(&mut self, canvas: &Canvas) -> Result<&mut Mp4Writer<PendingFile>, Error> {
+        if let Some(file) = self.file.take() {
+            let (width, height) = (canvas.width() as usize, canvas.height() as usize);
+            let (rate, expected, quality) = (self.rate, self.expected, self.quality);
+            let writer = Mp4Writer::fastest(file, width, height, rate, expected, quality)?;
+            self.writer = Some(Box::new(writer));
         }
-        match &mut self.state {
-            State::Writing(writer) => Ok(writer),
-            _ => Err(Error::Encode("the video was abandoned after an earlier error".to_string())),
-        }
+        let abandoned = || "the video was abandoned after an earlier error".to_string();
+        self.writer.as_deref_mut().ok_or_else(|| Error::Encode(abandoned()))
     }
 }
 
 impl Sink for Video {
     fn write(&mut self, tracked: &TrackedFrame<'_>) -> Result<()> {
         let canvas = self.view.draw(tracked)?;
-        let writer = self.writer(canvas.width() as usize, canvas.height() as usize);
+        let writer = self.writer(&canvas);
         let pushed = writer.and_then(|to| to.push_rgba_at(canvas.rgba(), tracked.picture.time));
         Ok(pushed.map_err(&self.write_error)?)
     }
 
     fn finish(self: Box<Self>) -> Result<Option<PathBuf>> {
-        match self.state {
-            State::Writing(writer) => {
-                Ok(Some(writer.finish().map_err(&self.write_error)?.commit()?))
-            }
-            State::Waiting(_) | State::Failed => Ok(None),
-        }
+        let Some(writer) = self.writer else { return Ok(None) };
+        Ok(Some(writer.finish().map_err(&self.write_error)?.commit()?))
     }
 }

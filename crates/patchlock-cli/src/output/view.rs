@@ -16,21 +16,6 @@ const MOST_SIDE: f64 = 960.0;
 /// tremble.
 const ZOOM_RATE: f64 = 0.05;
 
-/// How frames are shown.
-#[derive(Debug, Clone, Copy)]
-pub struct Style {
-    /// Whether there are panels with score and patches.
-    pub panels: bool,
-    /// The side of the part around the target, in sides of its box; `None` shows the whole frame.
-    pub crop: Option<f64>,
-}
-
-impl Default for Style {
-    fn default() -> Self {
-        Self { panels: true, crop: None }
-    }
-}
-
 /// Draws one frame after the other.
 #[derive(Debug)]
 pub struct View {
@@ -50,10 +35,11 @@ struct Crop {
 }
 
 impl View {
-    /// A view that has drawn nothing yet.
-    pub fn new(style: Style) -> Self {
-        let crop = style.crop.map(|sides| Crop { sides, target: 0.0, pixels: 0 });
-        Self { panels: style.panels.then(Panels::default), crop }
+    /// A view that has drawn nothing yet: with panels of score and patches or without, and with the
+    /// part around the target, whose side is in sides of its box, or with the whole frame.
+    pub fn new(panels: bool, crop: Option<f64>) -> Self {
+        let crop = crop.map(|sides| Crop { sides, target: 0.0, pixels: 0 });
+        Self { panels: panels.then(Panels::default), crop }
     }
 
     /// The annotated frame.
@@ -92,7 +78,7 @@ impl Crop {
         let area = Area { x: x as f32, y: y as f32, w: side as f32, h: side as f32 };
         let part = frame.part(area, self.pixels).context("the video has no pixels")?;
         let scale = self.pixels as f64 / side;
-        Ok((part, target.shifted(-x, -y).scaled(scale)))
+        Ok((part, target.placed([x, y], scale)))
     }
 }
 
@@ -106,7 +92,7 @@ mod tests {
     /// The part around a box follows it, and the box is drawn in its middle.
     #[test]
     fn the_target_stays_in_the_middle_of_its_part() {
-        let mut view = View::new(Style { panels: false, crop: Some(3.0) });
+        let mut view = View::new(false, Some(3.0));
         for k in 0..5 {
             let mut target = example::target(Status::Tracked);
             target.bbox = BoundingBox { x: 250.0 * k as f64, y: 300.0, w: 100.0, h: 60.0 };
@@ -131,7 +117,7 @@ mod tests {
         for (w, side) in [(10.0, 240.0), (900.0, 960.0)] {
             let mut target = example::target(Status::Tracked);
             target.bbox = BoundingBox { x: 100.0, y: 30.0, w, h: 8.0 };
-            let mut view = View::new(Style { panels: true, crop: Some(2.5) });
+            let mut view = View::new(true, Some(2.5));
             let canvas = view.draw(&example::tracked(0, &[target])).expect("draws");
             assert_eq!([canvas.width(), canvas.height()], [side; 2]);
         }

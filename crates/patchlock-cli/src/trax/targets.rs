@@ -2,18 +2,17 @@
 
 use std::sync::Arc;
 
-use patchlock::{BoundingBox, Error, Estimate, Method, TrackerConfig};
+use patchlock::{BoundingBox, Error, Estimate, Method, MultiTracker, TrackerConfig};
 use patchlock_bench::trax::message::Message;
 use patchlock_bench::trax::region::Region;
 use patchlock_media::Picture;
 use patchlock_track::UsedNetwork;
-use patchlock_track::many_targets::ManyTargets;
 use rayon::ThreadPool;
 
 /// The targets, in the order in which they were given.
 pub struct Targets {
-    /// The tracker, with the index of each target as its id.
-    tracker: ManyTargets,
+    tracker: MultiTracker,
+    pool: Arc<ThreadPool>,
     /// Which targets were given as polygons, and are reported as such.
     as_polygons: Vec<bool>,
 }
@@ -22,9 +21,9 @@ impl Targets {
     /// No targets yet.
     ///
     /// # Errors
-    /// As [`ManyTargets::new`].
+    /// As [`MultiTracker::new`].
     pub fn new(config: TrackerConfig, pool: Arc<ThreadPool>) -> Result<Self, Error> {
-        Ok(Self { tracker: ManyTargets::new(config, pool)?, as_polygons: Vec::new() })
+        Ok(Self { tracker: MultiTracker::new(config)?, pool, as_polygons: Vec::new() })
     }
 
     /// What follows the targets.
@@ -40,9 +39,9 @@ impl Targets {
     /// Removes all targets and resets the tracker to its initial state.
     ///
     /// # Errors
-    /// As [`ManyTargets::forget`].
+    /// As [`Targets::new`].
     pub fn forget(&mut self) -> Result<(), Error> {
-        self.tracker.forget()?;
+        self.tracker = MultiTracker::new(self.tracker.config().clone())?;
         self.as_polygons.clear();
         Ok(())
     }
@@ -60,14 +59,20 @@ impl Targets {
     }
 
     fn states(&mut self, picture: &Picture, begin: &[Region]) -> Result<Vec<Message>, Error> {
-        let known = self.as_polygons.len();
+        let Self { tracker, pool, as_polygons } = self;
+        let known = as_polygons.len();
         // The parser has refused regions without a target, so none is dropped here.
         let (regions, boxes): (Vec<&Region>, Vec<BoundingBox>) =
             begin.iter().filter_map(|region| Some((region, region.bbox()?))).unzip();
-        let begin: Vec<(u64, BoundingBox)> = (known as u64..).zip(boxes).collect();
-        let (found, _) = self.tracker.step(&picture.frame()?, &begin)?;
-        let (old, new) = found.split_at(known);
-        let answers = old.iter().zip(&self.as_polygons);
+        let frame = picture.frame()?;
+        pool.install(|| {
+            if known > 0 {
+                tracker.update(&frame)?;
+            }
+            boxes.iter().try_for_each(|bbox| tracker.add(&frame, *bbox).map(|_| ()))
+        })?;
+        let (old, new) = tracker.tracked().split_at(known);
+        let answers = old.iter().zip(as_polygons.iter());
         let mut states: Vec<Message> = answers
             .map(|(target, as_polygon)| match as_polygon {
                 true => state(&Region::outline(&target.estimate.corners), &target.estimate),
@@ -77,7 +82,7 @@ impl Targets {
         states.extend(
             new.iter().zip(&regions).map(|(target, region)| state(region, &target.estimate)),
         );
-        self.as_polygons.extend(regions.iter().map(|region| matches!(region, Region::Polygon(_))));
+        as_polygons.extend(regions.iter().map(|region| matches!(region, Region::Polygon(_))));
         Ok(states)
     }
 }

@@ -13,8 +13,6 @@ use patchlock_bench::dataset::selection::SelectionError;
 use patchlock_media::image_file::LoadError;
 use patchlock_media::{Container, FrameFault, Limits, RangeError, SizeLimitError};
 use patchlock_studio::project;
-use patchlock_track::ModelError;
-use patchlock_track::settings::{Origin, SettingsError};
 
 fn io_error() -> io::Error {
     io::ErrorKind::NotFound.into()
@@ -101,56 +99,6 @@ fn all_of_media() -> impl Iterator<Item = patchlock_media::Error> {
     successors(Some(RangeError::ZeroStride.into()), next_media)
 }
 
-/// The sample after this one.
-fn next_settings(error: &SettingsError) -> Option<SettingsError> {
-    let file = || "my.toml".into();
-    Some(match error {
-        SettingsError::Preset { .. } => {
-            SettingsError::Unreadable { file: file(), reason: io_error() }
-        }
-        SettingsError::Unreadable { .. } => {
-            SettingsError::NoToml { file: file(), line: 1, reason: "why".into() }
-        }
-        SettingsError::NoToml { .. } => {
-            SettingsError::ManyMethods { file: file(), methods: Vec::new() }
-        }
-        SettingsError::ManyMethods { .. } => SettingsError::Assignment { given: "x".into() },
-        SettingsError::Assignment { .. } => {
-            let error = patchlock::Error::UnknownSetting { name: "particels".into() };
-            SettingsError::Setting { origin: Origin::File(file()), error }
-        }
-        SettingsError::Setting { origin: Origin::File(_), .. } => {
-            let error = patchlock::Error::UnknownSetting { name: "nothing like it".into() };
-            SettingsError::Setting { origin: Origin::Single, error }
-        }
-        SettingsError::Setting { origin: Origin::Single, .. } => {
-            SettingsError::Model(ModelError::NoFiles { folder: "models".into() })
-        }
-        SettingsError::Model(error) => SettingsError::Model(next_model(error)?),
-    })
-}
-
-/// The sample after this one.
-fn next_model(error: &ModelError) -> Option<ModelError> {
-    let path = || "models".into();
-    let unusable = |error| ModelError::Unusable { path: path(), error };
-    let incomplete =
-        NetworkError::Incomplete { family: "NanoTrack", given: "head", missing: "backbone" };
-    let failed = NetworkError::Runtime { runtime: "onnxruntime".into(), reason: "why".into() };
-    Some(match error {
-        ModelError::NoFiles { .. } => ModelError::Unreadable { path: path(), reason: io_error() },
-        ModelError::Unreadable { .. } => unusable(incomplete),
-        ModelError::Unusable { error: NetworkError::Incomplete { .. }, .. } => {
-            unusable(NetworkError::NotOnnx("why".into()))
-        }
-        ModelError::Unusable { .. } => ModelError::Runtime(failed),
-        ModelError::Runtime(_) => ModelError::Missing { method: "network" },
-        ModelError::Missing { .. } => ModelError::Unused { path: path(), method: "robust" },
-        ModelError::Unused { .. } => ModelError::UnusedRuntime { path: path() },
-        ModelError::UnusedRuntime { .. } => return None,
-    })
-}
-
 /// Errors of the library for which Python has words.
 fn all_of_tracker() -> [patchlock::Error; 3] {
     let other = NetworkError::Other { needed: "a".into(), given: Some("b".into()) };
@@ -163,33 +111,44 @@ fn all_of_tracker() -> [patchlock::Error; 3] {
 fn next_track(error: &patchlock_track::Error) -> Option<patchlock_track::Error> {
     use patchlock_track::Error;
     let (path, reason) = (|| "p".into(), "why".to_string());
+    let unknown = |name: &str| patchlock::Error::UnknownSetting { name: name.into() };
+    let incomplete =
+        NetworkError::Incomplete { family: "NanoTrack", given: "head", missing: "backbone" };
     Some(match error {
-        Error::Read { .. } => Error::Line { path: path(), line: 1, reason },
-        Error::Line { .. } => Error::Write { path: path(), source: io_error() },
-        Error::Write { .. } => Error::Frame { path: path(), reason },
-        Error::Frame { .. } => Error::LinkOutside { path: path(), target: path() },
-        Error::LinkOutside { .. } => Error::Export(reason),
+        Error::Read(..) => Error::Line(path(), 1, reason),
+        Error::Line(..) => Error::Write(path(), io_error()),
+        Error::Write(..) => Error::Frame(path(), reason),
+        Error::Frame(..) => Error::LinkOutside(path(), path()),
+        Error::LinkOutside(..) => Error::Export(reason),
         Error::Export(_) => Error::Threads(reason),
-        Error::Threads(_) => Error::TrackerInFrame { index: 1, reason },
-        Error::TrackerInFrame { .. } => {
-            Error::StartBoxShape { shown: "1,2,0,4".into(), max: 65_536.0 }
+        Error::Threads(_) => Error::TrackerInFrame(1, reason),
+        Error::TrackerInFrame(..) => Error::StartBoxShape("1,2,0,4".into(), 65_536.0),
+        Error::StartBoxShape(..) => Error::StartBoxOutside("9,9,1,1".into(), 0, [4, 3]),
+        Error::StartBoxOutside(..) => Error::Preset("none".into()),
+        Error::Preset(_) => Error::Settings(path(), io_error()),
+        Error::Settings(..) => Error::NoToml(path(), 1, reason),
+        Error::NoToml(..) => Error::ManyMethods(path(), Vec::new()),
+        Error::ManyMethods(..) => Error::Assignment("x".into()),
+        Error::Assignment(_) => Error::Setting(Some(path()), unknown("particels")),
+        Error::Setting(Some(_), _) => Error::Setting(None, unknown("nothing like it")),
+        Error::Setting(None, _) => Error::NoModel(path()),
+        Error::NoModel(_) => Error::Model(path(), incomplete),
+        Error::Model(_, NetworkError::Incomplete { .. }) => {
+            Error::Model(path(), NetworkError::NotOnnx(reason))
         }
-        Error::StartBoxShape { .. } => {
-            Error::StartBoxOutside { shown: "9,9,1,1".into(), index: 0, width: 4, height: 3 }
+        Error::Model(..) => {
+            Error::Runtime(NetworkError::Runtime { runtime: "onnxruntime".into(), reason })
         }
-        Error::StartBoxOutside { .. } => {
-            Error::Settings(SettingsError::Preset { name: "none".into() })
-        }
-        Error::Settings(error) => match next_settings(error) {
-            Some(next) => next.into(),
-            None => Error::Media(patchlock_media::Error::NoFrames),
-        },
+        Error::Runtime(_) => Error::MissingModel("network"),
+        Error::MissingModel(_) => Error::UnusedModel(path(), "robust"),
+        Error::UnusedModel(..) => Error::UnusedRuntime(path()),
+        Error::UnusedRuntime(_) => Error::Media(patchlock_media::Error::NoFrames),
         Error::Media(_) => return None,
     })
 }
 
 fn all_of_track() -> impl Iterator<Item = patchlock_track::Error> {
-    let first = patchlock_track::Error::Read { path: "p".into(), source: io_error() };
+    let first = patchlock_track::Error::Read("p".into(), io_error());
     successors(Some(first), next_track).chain(all_of_media().map(patchlock_track::Error::from))
 }
 

@@ -8,9 +8,8 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use patchlock::{BoundingBox, TrackerConfig};
+use patchlock::{BoundingBox, Tracker, TrackerConfig};
 use patchlock_media::{FrameSource, Limits, Picture, Prefetcher};
-use patchlock_track::session::Session;
 use rayon::ThreadPool;
 
 use crate::project::TrackedBox;
@@ -111,7 +110,7 @@ impl Engine {
             true => Prefetcher::start(source, (to..=first).rev()),
             false => Prefetcher::start(source, first..=to),
         };
-        let mut session = None;
+        let mut tracker = None;
         let mut pass = Vec::new();
         let mut next = Some(first);
         while let Some(expected) = next {
@@ -119,7 +118,7 @@ impl Engine {
             let Some((frame, picture)) = taken else {
                 return if listener.stopped() { Ok(None) } else { Err(Error::Ended(expected)) };
             };
-            let found = self.step(&mut session, &picture, bbox);
+            let found = self.step(&mut tracker, &picture, bbox);
             let found = found.map_err(|reason| Error::Tracker { frame, reason })?;
             if frame != first {
                 pass.push(found);
@@ -137,16 +136,16 @@ impl Engine {
     /// Tracks in the next picture; in the first one, the tracker starts on a box.
     fn step(
         &self,
-        session: &mut Option<Session>,
+        tracker: &mut Option<Tracker>,
         picture: &Picture,
         bbox: BoundingBox,
     ) -> Result<FrameEstimate, patchlock::Error> {
         let frame = picture.frame()?;
-        if let Some(session) = session {
-            return Ok(FrameEstimate::from(session.update(&frame)?.0));
+        let Settings { config, pool, .. } = &self.settings;
+        if let Some(tracker) = tracker {
+            return Ok(FrameEstimate::from(pool.install(|| tracker.update(&frame))?));
         }
-        let Settings { config, pool, .. } = self.settings.clone();
-        let (begun, _) = Session::start(config, pool, &frame, bbox)?;
-        Ok(FrameEstimate::from(session.insert(begun).estimate()))
+        let begun = pool.install(|| Tracker::start(config.clone(), &frame, bbox))?;
+        Ok(FrameEstimate::from(tracker.insert(begun).estimate()))
     }
 }

@@ -5,6 +5,7 @@ use std::io::{self, Write as _};
 use std::path::Path;
 
 use patchlock::{BoundingBox, Status};
+use patchlock_track::files::folder_of;
 use serde::{Deserialize, Serialize};
 
 use super::{
@@ -264,7 +265,7 @@ fn status_of(letter: char) -> Result<Status, String> {
 /// Writes a file whole or not at all, also if the process is killed or the power fails.
 /// Returns the new file.
 pub fn replace(path: &Path, text: &[u8]) -> io::Result<std::fs::File> {
-    let folder = super::store::folder_of(path);
+    let folder = folder_of(path);
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let mut builder = tempfile::Builder::new();
     let prefix = unfinished_prefix(&name);
@@ -298,7 +299,7 @@ fn unfinished_prefix(name: &str) -> String {
 pub fn remove_unfinished(path: &Path) {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let prefix = unfinished_prefix(&name);
-    let entries = std::fs::read_dir(super::store::folder_of(path)).into_iter().flatten();
+    let entries = std::fs::read_dir(folder_of(path)).into_iter().flatten();
     for entry in entries.flatten() {
         let other = entry.file_name();
         let other = other.to_string_lossy();

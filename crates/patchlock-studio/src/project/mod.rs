@@ -31,12 +31,12 @@ pub use check::limits;
 pub use edit::Edit;
 pub use error::Error;
 pub use frames::Frames;
+#[cfg(feature = "server")]
+pub(crate) use frames::cut_map;
 pub use history::{History, MAX_BOXES, MAX_STEPS};
 pub use shared::{FILE as LABELS_FILE, SharedLabels, Vocabulary};
 pub use store::{Store, beside, in_folder};
 pub use video::VideoChange;
-#[cfg(feature = "server")]
-pub(crate) use {frames::cut_map, store::folder_of};
 
 /// A video with its targets.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

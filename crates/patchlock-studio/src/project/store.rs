@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::{fs, io};
 
 use patchlock_media::{Limits, Note};
-use patchlock_track::files;
+use patchlock_track::files::{self, folder_of};
 use sha2::{Digest as _, Sha256};
 
 use super::history::History;
@@ -94,11 +94,6 @@ fn is_of_another(path: &Path, video: &Path, is_moved: impl Fn(&Project) -> bool)
     let Some((project, _)) = project else { return false };
     let expected = folder_of(path).join(&project.video.path);
     found(video, &expected, path).is_err() || (!expected.exists() && !is_moved(&project))
-}
-
-/// The folder of a file.
-pub(crate) fn folder_of(file: &Path) -> &Path {
-    file.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
 impl Store {

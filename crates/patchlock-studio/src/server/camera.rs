@@ -13,10 +13,9 @@ use axum::extract::State;
 use axum::extract::ws::{Message, WebSocket};
 use axum::response::Response;
 use futures_util::{SinkExt as _, StreamExt as _};
-use patchlock::{BoundingBox, Estimate};
+use patchlock::{BoundingBox, Estimate, Tracker};
 use patchlock_media::{FrameRate, Mp4Writer, Picture, image_file};
 use patchlock_track::files;
-use patchlock_track::session::Session;
 use serde::Deserialize;
 use serde_json::{Value, json};
 use tempfile::NamedTempFile;
@@ -161,7 +160,7 @@ struct Follower {
     app: Arc<App>,
     answers: UnboundedSender<Value>,
     /// The targets with their ids.
-    targets: Vec<(u64, Session)>,
+    targets: Vec<(u64, Tracker)>,
     /// The boxes of targets that begin with the next picture.
     begin: Vec<BoundingBox>,
     /// The id of the last target.
@@ -256,18 +255,19 @@ impl Follower {
     fn estimates(&mut self, picture: &Picture) -> Result<Vec<(u64, Estimate)>, Refusal> {
         let failed = |error: patchlock::Error| Refusal::bad(error.to_string());
         let frame = picture.frame().map_err(failed)?;
-        for (_, session) in &mut self.targets {
-            session.update(&frame).map_err(failed)?;
+        let Settings { config, pool, .. } = self.app.clips.settings();
+        for (_, tracker) in &mut self.targets {
+            pool.install(|| tracker.update(&frame)).map_err(failed)?;
         }
         self.drawn.clear();
         for bbox in std::mem::take(&mut self.begin) {
-            let Settings { config, pool, .. } = self.app.clips.settings().clone();
-            let (session, _) = Session::start(config, pool, &frame, bbox).map_err(failed)?;
+            let begun = pool.install(|| Tracker::start(config.clone(), &frame, bbox));
+            let tracker = begun.map_err(failed)?;
             self.last += 1;
-            self.targets.push((self.last, session));
+            self.targets.push((self.last, tracker));
             self.drawn.push(self.last);
         }
-        Ok(self.targets.iter().map(|(id, session)| (*id, session.estimate().clone())).collect())
+        Ok(self.targets.iter().map(|(id, tracker)| (*id, tracker.estimate().clone())).collect())
     }
 
     fn record(&mut self, picture: &Picture, found: &[(u64, Estimate)]) -> Result<(), Refusal> {

@@ -5,12 +5,13 @@ use std::path::{Path, PathBuf};
 
 use patchlock::TrackerConfig;
 use patchlock_media::Limits;
+use patchlock_track::files::folder_of;
 
 use super::error::Error;
 use super::host::AllowedHosts;
 use super::timeouts::Timeouts;
 use super::token;
-use crate::project::{self, folder_of};
+use crate::project;
 
 /// [`Options::strangers`] of a server for people: many, since a page is read without the token, and
 /// few enough that files can still be opened.

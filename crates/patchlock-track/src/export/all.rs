@@ -42,42 +42,20 @@ impl Part {
     }
 }
 
-/// Why clips cannot be divided.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum SplitError {
-    /// The share is not between 0 and 1.
-    #[error("the share of clips for validation is {0}; it must be above 0 and below 1")]
-    Share(f64),
-    /// One part would be empty.
-    #[error("{clips} of {all} clips would be for validation; both parts need a clip")]
-    Empty {
-        /// The number of clips for validation.
-        clips: usize,
-        /// The number of all clips.
-        all: usize,
-    },
-    /// There is no such clip.
-    #[error("there is no clip {name:?} with boxes; the clips are {}", known.join(", "))]
-    Unknown {
-        /// The name.
-        name: String,
-        /// The names of all clips.
-        known: Vec<String>,
-    },
-}
-
 /// Chooses a share of the clips for validation, by their names alone: the same clips each time, and
 /// in any order.
 ///
 /// # Errors
-/// [`SplitError`] if the share is not between 0 and 1, or there are fewer than two clips.
-pub fn split(names: &[&str], share: f64) -> Result<Vec<Part>, SplitError> {
+/// [`Error::Export`] if the share is not between 0 and 1, or there are fewer than two clips.
+pub fn split(names: &[&str], share: f64) -> Result<Vec<Part>, Error> {
     if !(share > 0.0 && share < 1.0) {
-        return Err(SplitError::Share(share));
+        return Err(Error::Export(format!(
+            "the share of clips for validation is {share}; it must be above 0 and below 1"
+        )));
     }
     let all = names.len();
     if all < 2 {
-        return Err(SplitError::Empty { clips: all, all });
+        return Err(empty_part(all, all));
     }
     let count = ((share * all as f64).round() as usize).clamp(1, all - 1);
     let mut order: Vec<usize> = (0..all).collect();
@@ -85,6 +63,11 @@ pub fn split(names: &[&str], share: f64) -> Result<Vec<Part>, SplitError> {
     let mut parts = vec![Part::Train; all];
     order[..count].iter().for_each(|&k| parts[k] = Part::Val);
     Ok(parts)
+}
+
+/// One part of `all` clips would be empty, with this number of them for validation.
+pub fn empty_part(clips: usize, all: usize) -> Error {
+    Error::Export(format!("{clips} of {all} clips would be for validation; both parts need a clip"))
 }
 
 /// FNV-1a, then mixed: a number that is nearly random for names that differ in one digit.

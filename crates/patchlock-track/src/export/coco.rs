@@ -46,45 +46,17 @@ fn annotations(name: &str, jobs: &[Job<'_>]) -> Vec<Item> {
     [Part::Train, Part::Val].into_iter().filter_map(of_part).collect()
 }
 
-/// The contents of the file, for these clips, which have the same labels.
+/// The contents of the file, for these clips, which have the same labels. Ids are unique in the file.
 fn text(name: &str, jobs: &[&Job<'_>]) -> String {
-    let mut all = Lists::default();
-    jobs.iter().for_each(|job| all.add(job));
-    let labels = jobs.first().map_or(&[] as &[&str], |job| job.labels.as_slice());
-    let categories = labels.iter().enumerate();
-    let categories: Vec<Value> = categories
-        .map(|(k, label)| json!({"id": k + 1, "name": label, "supercategory": ""}))
-        .collect();
-    let Lists { videos, tracks, images, annotations, .. } = all;
-    let all = json!({
-        "info": {"description": format!("{name}, tracked by Patchlock")},
-        "licenses": [],
-        "videos": videos,
-        "categories": categories,
-        "tracks": tracks, "images": images, "annotations": annotations,
-    });
-    format!("{all:#}\n")
-}
-
-/// The lists of the file, to which clip after clip is added. Ids are unique in the file.
-#[derive(Default)]
-struct Lists {
-    videos: Vec<Value>,
-    images: Vec<Value>,
-    annotations: Vec<Value>,
-    tracks: Vec<Value>,
-    /// The largest id of a track so far.
-    last_track: u64,
-}
-
-impl Lists {
-    fn add(&mut self, job: &Job<'_>) {
+    let [mut videos, mut images, mut annotations, mut tracks] = [const { Vec::new() }; 4];
+    let mut last_track = 0;
+    for job in jobs {
         let (width, height) = job.frames.size;
-        let video = self.videos.len() + 1;
-        self.videos.push(json!({"id": video, "name": job.name, "width": width, "height": height}));
-        let (images_before, tracks_before) = (self.images.len(), self.last_track);
+        let video = videos.len() + 1;
+        videos.push(json!({"id": video, "name": job.name, "width": width, "height": height}));
+        let (images_before, tracks_before) = (images.len(), last_track);
         let frames = job.track.frames();
-        self.images.extend(frames.iter().enumerate().map(|(k, &frame)| {
+        images.extend(frames.iter().enumerate().map(|(k, &frame)| {
             json!({
                 "id": images_before + k + 1, "video_id": video, "frame_id": frame,
                 "file_name": job.image(frame), "width": width, "height": height,
@@ -96,7 +68,7 @@ impl Lists {
             let upright = [bbox.x, bbox.y, bbox.w, bbox.h].map(round);
             let outline = job.outline(entry);
             let mut one = json!({
-                "id": self.annotations.len() + 1, "image_id": image, "video_id": video,
+                "id": annotations.len() + 1, "image_id": image, "video_id": video,
                 "category_id": job.class(entry.id) + 1,
                 "track_id": track, "instance_id": track, "attributes": {"track_id": track},
                 "bbox": upright,
@@ -111,14 +83,23 @@ impl Lists {
                 one["score"] = json!(round(score));
             }
             add_attributes(&mut one["attributes"], job, entry);
-            self.annotations.push(one);
+            annotations.push(one);
         }
         for id in job.track.ids() {
             let (track, category) = (tracks_before + id, job.class(id) + 1);
-            self.tracks.push(json!({"id": track, "category_id": category, "video_id": video}));
-            self.last_track = track;
+            tracks.push(json!({"id": track, "category_id": category, "video_id": video}));
+            last_track = track;
         }
     }
+    let labels = jobs.first().map_or(&[] as &[&str], |job| job.labels.as_slice());
+    let category = |(k, label)| json!({"id": k + 1, "name": label, "supercategory": ""});
+    let categories: Vec<Value> = labels.iter().enumerate().map(category).collect();
+    let all = json!({
+        "info": {"description": format!("{name}, tracked by Patchlock")}, "licenses": [],
+        "videos": videos, "categories": categories,
+        "tracks": tracks, "images": images, "annotations": annotations,
+    });
+    format!("{all:#}\n")
 }
 
 /// Adds what is known of a box, and the attributes of the target, except those with names that say

@@ -8,7 +8,7 @@
 
 use patchlock::{BoundingBox, Status};
 
-use super::key_frames::{keys, upright};
+use super::key_frames::{Key, keys, upright};
 use super::rotated::{self, RotatedBox, rotated_box};
 use super::track::Entry;
 use super::xml::{Document, digit};
@@ -44,13 +44,26 @@ const TRUNCATED: &str = "truncated";
 
 /// The contents of the file. With `tracked`, boxes without a drawn outline have that of the tracker.
 fn text(job: &Job<'_>, tracked: bool) -> String {
-    let length = length(job);
+    // If the number of frames is not known, the clip ends with the last row: CVAT refuses a file with a
+    // frame that its clip does not have.
+    let last = job.track.entries().iter().map(|entry| entry.frame).max();
+    let length = job.frames.count.unwrap_or_else(|| last.map_or(0, |last| last + 1));
+    let (width, height) = job.frames.size;
     let mut xml = Document::new();
     xml.declare();
     xml.element("annotations", &[], |xml| {
         xml.leaf("version", &[], "1.1");
         xml.element("meta", &[], |xml| {
-            xml.element("task", &[], |xml| write_task(xml, job, length));
+            xml.element("task", &[], |xml| {
+                xml.leaf("name", &[], job.name);
+                xml.leaf("size", &[], &length.to_string());
+                xml.leaf("mode", &[], "interpolation");
+                xml.element("labels", &[], |xml| write_labels(xml, job));
+                xml.element("original_size", &[], |xml| {
+                    xml.leaf("width", &[], &width.to_string());
+                    xml.leaf("height", &[], &height.to_string());
+                });
+            });
         });
         for (id, entries) in job.track.by_target() {
             if entries.iter().all(|entry| entry.found().is_none()) {
@@ -64,26 +77,6 @@ fn text(job: &Job<'_>, tracked: bool) -> String {
         }
     });
     xml.into_text()
-}
-
-/// The number of frames of the clip. If it is not known, the clip ends with the last row: CVAT refuses
-/// a file with a frame that its clip does not have.
-fn length(job: &Job<'_>) -> usize {
-    let last = job.track.entries().iter().map(|entry| entry.frame).max();
-    job.frames.count.unwrap_or_else(|| last.map_or(0, |last| last + 1))
-}
-
-/// Writes the name, the number of frames, the labels and the size of the frames.
-fn write_task(xml: &mut Document, job: &Job<'_>, frames: usize) {
-    let (width, height) = job.frames.size;
-    xml.leaf("name", &[], job.name);
-    xml.leaf("size", &[], &frames.to_string());
-    xml.leaf("mode", &[], "interpolation");
-    xml.element("labels", &[], |xml| write_labels(xml, job));
-    xml.element("original_size", &[], |xml| {
-        xml.leaf("width", &[], &width.to_string());
-        xml.leaf("height", &[], &height.to_string());
-    });
 }
 
 /// Writes the definitions of all labels, each with the attributes that it declares, and others that
@@ -164,18 +157,36 @@ fn write_shapes(
             _ => upright(ends, share, entry),
         }
     };
-    for key in keys(entries, job.key_frames, state, overlap) {
-        let entry = key.entry;
-        let element = match (has_polygons, job.track.outline(entry)) {
+    for Key { entry, bbox, ends } in keys(entries, job.key_frames, state, overlap) {
+        let (name, position) = match (has_polygons, job.track.outline(entry)) {
             (true, Some(outline)) => polygon(outline),
-            (true, None) => polygon(&Outline::of_box(key.bbox, 0.0)),
-            (false, _) => rectangle(rotated(entry).unwrap_or((key.bbox, 0.0))),
+            (true, None) => polygon(&Outline::of_box(bbox, 0.0)),
+            (false, _) => rectangle(rotated(entry).unwrap_or((bbox, 0.0))),
         };
-        let (frame, occluded) = (entry.frame, occluded(entry));
-        let shape = Shape { frame, element, outside: false, occluded };
-        shape.write(xml, job, entry);
-        if key.ends && frame + 1 < length {
-            Shape { frame: frame + 1, outside: true, ..shape }.write(xml, job, entry);
+        let truncated = entry.manual.map(|manual| if manual.truncated { "true" } else { "false" });
+        let mut write = |frame: usize, outside: bool| {
+            let number = frame.to_string();
+            let mut all = vec![
+                ("frame", number.as_str()),
+                ("keyframe", "1"),
+                ("outside", digit(outside)),
+                ("occluded", digit(occluded(entry))),
+            ];
+            all.extend(position.iter().map(|(name, value)| (*name, value.as_str())));
+            let values = job.values(entry.id, frame).into_iter();
+            let inside: Vec<_> = values.chain(truncated.map(|value| (TRUNCATED, value))).collect();
+            if inside.is_empty() {
+                return xml.leaf(name, &all, "");
+            }
+            xml.element(name, &all, |xml| {
+                for (name, value) in inside {
+                    xml.leaf("attribute", &[("name", name)], value);
+                }
+            });
+        };
+        write(entry.frame, false);
+        if ends && entry.frame + 1 < length {
+            write(entry.frame + 1, true);
         }
     }
 }
@@ -197,38 +208,4 @@ fn rectangle((BoundingBox { x, y, w, h }, rotation): RotatedBox) -> Element {
         all.push(("rotation", number(rotation)));
     }
     ("box", all)
-}
-
-/// A shape of a track.
-struct Shape {
-    frame: usize,
-    element: Element,
-    outside: bool,
-    occluded: bool,
-}
-
-impl Shape {
-    /// Writes the shape, with the attributes of an entry.
-    fn write(&self, xml: &mut Document, job: &Job<'_>, entry: &Entry) {
-        let (name, position) = &self.element;
-        let frame = self.frame.to_string();
-        let mut all = vec![
-            ("frame", frame.as_str()),
-            ("keyframe", "1"),
-            ("outside", digit(self.outside)),
-            ("occluded", digit(self.occluded)),
-        ];
-        all.extend(position.iter().map(|(name, value)| (*name, value.as_str())));
-        let truncated = entry.manual.map(|manual| if manual.truncated { "true" } else { "false" });
-        let values = job.values(entry.id, self.frame).into_iter();
-        let inside: Vec<_> = values.chain(truncated.map(|value| (TRUNCATED, value))).collect();
-        if inside.is_empty() {
-            return xml.leaf(name, &all, "");
-        }
-        xml.element(name, &all, |xml| {
-            for (name, value) in inside {
-                xml.leaf("attribute", &[("name", name)], value);
-            }
-        });
-    }
 }

@@ -8,10 +8,9 @@ use std::path::Path;
 use patchlock::BoundingBox;
 
 use super::format::{Folder, ImageUse, Purpose};
-use super::sequence::{BoxEntry, Sequence, sequences};
+use super::sequence::{BoxEntry, Sequence, items};
 use super::track::Entry;
 use super::{Format, Item, Job};
-use crate::Error;
 
 pub const FORMAT: Format = Format {
     name: "got10k",
@@ -20,18 +19,12 @@ pub const FORMAT: Format = Format {
     lost: Some("absence"),
     purpose: Purpose::Benchmark,
     images: ImageUse::Copied,
-    folder: Some(Folder { clip: items, common: lists }),
+    folder: Some(Folder { clip: |job| items(job, sequence_items), common: lists }),
     ..Format::BASE
 };
 
 /// Number of visibility levels in `cover.label`, not counting 0.
 const COVER_LEVELS: f64 = 8.0;
-
-/// The sequences of a clip.
-fn items(job: &Job<'_>) -> Result<Vec<Item>, Error> {
-    let sequences = sequences(job.track)?;
-    Ok(sequences.iter().flat_map(|sequence| sequence_items(job, sequence)).collect())
-}
 
 /// A list of the sequences of each folder.
 fn lists(_: &str, jobs: &[Job<'_>]) -> Vec<Item> {

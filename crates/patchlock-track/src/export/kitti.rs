@@ -17,9 +17,6 @@ pub const FORMAT: Format = Format {
     ..Format::BASE
 };
 
-/// Alpha, then height, width and length, the place and the rotation in space, if they are not known.
-const UNKNOWN: (&str, &str) = ("-10", "-1 -1 -1 -1000 -1000 -1000 -10");
-
 /// The contents of the file. The score is 1 if it is unknown.
 fn text(job: &Job<'_>) -> Result<String, Error> {
     let line = |entry: &Entry| {
@@ -32,9 +29,10 @@ fn text(job: &Job<'_>) -> Result<String, Error> {
             (None, false) => -1,
         };
         let kind = job.label(entry.id).split_whitespace().collect::<Vec<_>>().join("_");
-        let (alpha, space) = UNKNOWN;
+        // Alpha, then height, width and length, the place and the rotation in space are not known.
         Some(format!(
-            "{} {} {kind} {truncated} {occluded} {alpha} {:.4} {:.4} {:.4} {:.4} {space} {:.4}\n",
+            "{} {} {kind} {truncated} {occluded} -10 {:.4} {:.4} {:.4} {:.4} \
+             -1 -1 -1 -1000 -1000 -1000 -10 {:.4}\n",
             entry.frame,
             entry.id,
             bbox.x,

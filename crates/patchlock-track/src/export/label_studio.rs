@@ -29,7 +29,7 @@ pub const FORMAT: Format = Format {
 
 /// How the tool is to be told the lengths of the frames, if they are known.
 fn note(track: &Track) -> Option<String> {
-    let FrameTiming { rate, is_even } = FrameTiming::of(track)?;
+    let (rate, is_even) = timing(track)?;
     let uneven = "the frames of this clip differ in length, so a box is in the frame that is shown at \
                   its time; ";
     Some(format!(
@@ -39,25 +39,15 @@ fn note(track: &Track) -> Option<String> {
     ))
 }
 
-/// How long frames are.
-struct FrameTiming {
-    /// Mean number of frames per second.
-    rate: f64,
-    /// Whether each frame is shown at the time of its number, at this rate.
-    is_even: bool,
-}
-
-impl FrameTiming {
-    /// That of a track; `None` if not all of its frames have times.
-    fn of(track: &Track) -> Option<Self> {
-        let frames = track.frames();
-        let times = frames.iter().map(|&frame| Some((frame as f64, track.known_time(frame)?)));
-        let times = times.collect::<Option<Vec<(f64, f64)>>>()?;
-        let (last, end) = *times.last()?;
-        let rate = if last > 0.0 && end > 0.0 { last / end } else { return None };
-        let is_even = times.iter().all(|(frame, time)| (time * rate - frame).abs() < 0.5);
-        Some(Self { rate, is_even })
-    }
+/// The mean number of frames per second, and whether each frame is shown at the time of its number at
+/// this rate; `None` if not all frames have times.
+fn timing(track: &Track) -> Option<(f64, bool)> {
+    let frames = track.frames();
+    let times = frames.iter().map(|&frame| Some((frame as f64, track.known_time(frame)?)));
+    let times = times.collect::<Option<Vec<(f64, f64)>>>()?;
+    let (last, end) = *times.last()?;
+    let rate = if last > 0.0 && end > 0.0 { last / end } else { return None };
+    Some((rate, times.iter().all(|(frame, time)| (time * rate - frame).abs() < 0.5)))
 }
 
 /// The contents of the file.
@@ -67,8 +57,7 @@ fn text(job: &Job<'_>) -> Result<String, Error> {
     // As long as a mean frame, or that of a source without times.
     let step = if last > 0 { end / last as f64 } else { job.track.time(1) };
     let duration = round(end + step * (count - last) as f64);
-    let uneven =
-        FrameTiming::of(job.track).filter(|timing| !timing.is_even).map(|timing| timing.rate);
+    let uneven = timing(job.track).filter(|(_, is_even)| !is_even).map(|(rate, _)| rate);
     let region = |(id, entries): (u64, Vec<&Entry>)| {
         let sequence = sequence(job, uneven, &entries);
         let value = json!({

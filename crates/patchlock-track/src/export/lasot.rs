@@ -4,9 +4,8 @@
 use std::path::Path;
 
 use super::format::{Folder, ImageUse, Purpose};
-use super::sequence::{Sequence, sequences};
+use super::sequence::{Sequence, items};
 use super::{Format, Item, Job};
-use crate::Error;
 
 pub const FORMAT: Format = Format {
     name: "lasot",
@@ -16,15 +15,9 @@ pub const FORMAT: Format = Format {
     purpose: Purpose::Benchmark,
     images: ImageUse::Copied,
     needs_size: false,
-    folder: Some(Folder { clip: items, common: |_, _| Vec::new() }),
+    folder: Some(Folder { clip: |job| items(job, sequence_items), common: |_, _| Vec::new() }),
     ..Format::BASE
 };
-
-/// The sequences of a clip.
-fn items(job: &Job<'_>) -> Result<Vec<Item>, Error> {
-    let sequences = sequences(job.track)?;
-    Ok(sequences.iter().flat_map(|sequence| sequence_items(job, sequence)).collect())
-}
 
 fn sequence_items(job: &Job<'_>, sequence: &Sequence<'_>) -> Vec<Item> {
     let label = job.label(sequence.id);

@@ -32,12 +32,12 @@ use std::path::{Path, PathBuf};
 
 use patchlock_media::Limits;
 
-use crate::Error;
 use crate::attributes::Attribute;
 use crate::outline::Outline;
+use crate::{Error, files};
 use frames::Frames;
 
-pub use all::{Clip, Part, SplitError, split, write_all, write_texts};
+pub use all::{Clip, Part, empty_part, split, write_all, write_texts};
 pub use format::{Format, ImageUse, Purpose};
 pub use key_frames::KeyFrames;
 pub use metadata::TargetMetadata;
@@ -289,7 +289,8 @@ pub fn write_unless(
     if let Some((_, text)) = format.file {
         let text = text(&job)?;
         output::check_not(stopped)?;
-        return output::write_file(out, &text, overwrite).map(|()| written(1));
+        files::write(out, text.as_bytes(), overwrite).map_err(|error| Error::write(out, error))?;
+        return Ok(written(1));
     }
     let items: Vec<Item> = all::files(&[job], options)?.into_iter().flatten().collect();
     output::check_not(stopped)?;

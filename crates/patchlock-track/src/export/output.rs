@@ -12,16 +12,15 @@ use patchlock_media::{FrameSource, Limits, Picture, image_file, plain_file};
 
 use super::{Content, Item, Options};
 use crate::Error;
+use crate::files::folder_of;
 
 /// Quality of JPEGs converted from other formats; no loss is visible.
 const JPEG_QUALITY: u8 = 95;
-/// Prefix of temporary names.
-const PREFIX: &str = ".patchlock-";
 
 /// Checks that the output can be written, before any work is done. `is_file` tells whether the
 /// format is one file.
 pub fn check(out: &Path, is_file: bool, overwrite: bool) -> Result<(), Error> {
-    let parent = parent(out);
+    let parent = folder_of(out);
     if !parent.is_dir() {
         return Err(Error::Export(format!("there is no folder {}", parent.display())));
     }
@@ -42,22 +41,6 @@ pub fn check(out: &Path, is_file: bool, overwrite: bool) -> Result<(), Error> {
     Err(Error::Export(format!("{} {reason}", out.display())))
 }
 
-fn parent(out: &Path) -> PathBuf {
-    let parent = out.parent().filter(|parent| !parent.as_os_str().is_empty());
-    parent.unwrap_or(Path::new(".")).to_path_buf()
-}
-
-/// Writes a single file.
-pub fn write_file(out: &Path, text: &str, overwrite: bool) -> Result<(), Error> {
-    let cannot = |error| Error::write(out, error);
-    let mut file = with_permissions(tempfile::Builder::new().prefix(PREFIX), 0o666)
-        .tempfile_in(parent(out))
-        .map_err(cannot)?;
-    file.write_all(text.as_bytes()).and_then(|()| file.as_file().sync_all()).map_err(cannot)?;
-    let persisted = if overwrite { file.persist(out) } else { file.persist_noclobber(out) };
-    persisted.map(drop).map_err(|error| cannot(error.error))
-}
-
 /// Fails if the export is to stop.
 pub fn check_not(stopped: &dyn Fn() -> bool) -> Result<(), Error> {
     match stopped() {
@@ -73,9 +56,15 @@ pub fn write_folder(
     stopped: &dyn Fn() -> bool,
 ) -> Result<(), Error> {
     let cannot = |error| Error::write(out, error);
-    let folder = with_permissions(tempfile::Builder::new().prefix(PREFIX), 0o777)
-        .tempdir_in(parent(out))
-        .map_err(cannot)?;
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".patchlock-");
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt as _;
+        // Those of an ordinary new folder; temporary ones are private by default.
+        builder.permissions(fs::Permissions::from_mode(0o777));
+    }
+    let folder = builder.tempdir_in(folder_of(out)).map_err(cannot)?;
     for (items, mut reader) in parts {
         for item in items {
             check_not(stopped)?;
@@ -93,23 +82,6 @@ pub fn write_folder(
     fs::rename(folder.path(), out).map_err(cannot)?;
     let _ = folder.keep(); // it has been renamed, so there is nothing to remove
     Ok(())
-}
-
-/// Sets the permissions of an ordinary new file; temporary files are private by default.
-fn with_permissions<'a, 'b>(
-    builder: &'a mut tempfile::Builder<'b, 'b>,
-    mode: u32,
-) -> &'a mut tempfile::Builder<'b, 'b> {
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        builder.permissions(fs::Permissions::from_mode(mode))
-    }
-    #[cfg(not(unix))]
-    {
-        let _ = mode;
-        builder
-    }
 }
 
 /// Writes a file at a temporary place; errors name the other one.
@@ -162,7 +134,7 @@ impl Reader {
     fn image(&self, path: &Path) -> Result<PlainFile, Error> {
         let target = path.canonicalize().map_err(|error| Error::read(path, error))?;
         if self.within.as_ref().is_some_and(|folder| !target.starts_with(folder)) {
-            return Err(Error::LinkOutside { path: path.to_path_buf(), target });
+            return Err(Error::LinkOutside(path.to_path_buf(), target));
         }
         let cannot = |error: LoadError| Error::frame(path, error);
         let mut image = plain_file::open(&target).map_err(|error| cannot(error.into()))?;

@@ -20,11 +20,18 @@ pub struct Sequence<'a> {
     pub frames: Vec<(usize, Option<BoxEntry<'a>>)>,
 }
 
-/// The sequences of all targets that have a box, ordered by id.
+/// What a format has of the sequences of a clip, those of all targets that have a box, ordered by id.
 ///
 /// # Errors
 /// [`Error::Export`] if they have more than [`MOST_LINES`] frames together.
-pub fn sequences(track: &Track) -> Result<Vec<Sequence<'_>>, Error> {
+pub fn items(
+    job: &Job<'_>,
+    of: impl Fn(&Job<'_>, &Sequence<'_>) -> Vec<Item>,
+) -> Result<Vec<Item>, Error> {
+    Ok(sequences(job.track)?.iter().flat_map(|sequence| of(job, sequence)).collect())
+}
+
+fn sequences(track: &Track) -> Result<Vec<Sequence<'_>>, Error> {
     let frames = track.frames();
     let mut spans = Vec::new();
     for (id, mut own) in track.by_target() {

@@ -15,15 +15,16 @@ mod identity;
 mod manifest;
 
 use std::fs;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
+use patchlock_track::files::write;
 use serde::{Deserialize, Serialize};
 
 use super::schemes::{Scheme, Start};
 use crate::Error;
 pub(crate) use files::read_json;
-use files::write_atomically;
-pub use files::{sha256, temporary_in};
+pub use files::sha256;
 pub use identity::Identity;
 use identity::difference;
 pub(in crate::bench) use identity::with_seed;
@@ -138,8 +139,11 @@ impl Store {
         };
         let mut text = serde_json::to_string_pretty(&manifest).unwrap_or_default();
         text.push('\n');
-        if !path.exists() && write_atomically(&path, text.as_bytes(), false)? {
-            return Ok(());
+        if !path.exists() {
+            match write(&path, text.as_bytes(), false) {
+                Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
+                written => return written.map_err(|error| Error::write(&path, error)),
+            }
         }
         let stored: Manifest = read_json(&path)?;
         if stored.configuration_hash != self.hash {
@@ -200,8 +204,10 @@ impl Store {
         let stem = self.stem(run);
         let folder = stem.parent().unwrap_or(&self.folder);
         fs::create_dir_all(folder).map_err(|error| Error::write(folder, error))?;
-        write_atomically(&stem.with_extension("txt"), written.boxes.as_bytes(), true)?;
-        write_atomically(&stem.with_extension("json"), written.manifest.as_bytes(), true)?;
+        for (ending, text) in [("txt", &written.boxes), ("json", &written.manifest)] {
+            let path = stem.with_extension(ending);
+            write(&path, text.as_bytes(), true).map_err(|error| Error::write(&path, error))?;
+        }
         Ok(())
     }
 }

@@ -1,11 +1,19 @@
-//! The option of pages that are read through a proxy.
+//! The options of pages in the browser.
 
 use clap::Args;
 use patchlock_studio::server::{AllowedHost, AllowedHosts};
 
-/// The hosts under which a page is read.
+/// How a page is served and opened.
 #[derive(Debug, Args)]
-pub struct HostArgs {
+pub struct PageArgs {
+    /// Port of the page; with 0 the system chooses a free one
+    #[arg(long, value_name = "0..65535", default_value = "0")]
+    pub port: u16,
+
+    /// Print the address of the page without opening a browser
+    #[arg(long)]
+    pub no_open: bool,
+
     /// Also answer for this host, at which a proxy serves the page; may be repeated. Without a port,
     /// any port of it. The token stays necessary. docs/remote.md shows ssh, containers, nginx and
     /// Jupyter
@@ -13,7 +21,7 @@ pub struct HostArgs {
     allowed: Vec<AllowedHost>,
 }
 
-impl HostArgs {
+impl PageArgs {
     /// The hosts, with the advice where another one is asked for.
     pub fn hosts(&self) -> AllowedHosts {
         let advice = "start the program with --allow-host and the name of that host";
