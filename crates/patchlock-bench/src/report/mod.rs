@@ -21,7 +21,6 @@ use crate::bench::store::sha256;
 use crate::compare::{BootstrapSamples, DRAWS, MIN_TARGETS, ascending, holm};
 use crate::dataset::{Dataset, OTB_ATTRIBUTES};
 use crate::metrics::Curves;
-use crate::protocol::Protocol;
 use crate::score::{self, Scoreboard, Summary, TargetScore};
 use comparison::{ComparedTracker, Comparison};
 use page::SequenceRow;
@@ -67,20 +66,15 @@ pub struct Report {
 /// # Errors
 /// [`Error::NothingToCompare`] if there are no trackers, they have no target in common, or a shown
 /// one is unknown.
-pub fn build(
-    board: &Scoreboard,
-    truth: &Dataset,
-    protocol: &Protocol,
-    options: &Options,
-) -> Result<Report, Error> {
+pub fn build(board: &Scoreboard, truth: &Dataset, options: &Options) -> Result<Report, Error> {
     let comparison = Comparison::new(board, truth, &options.shown)?;
     let draws = BootstrapSamples::new(comparison.targets.len(), DRAWS, options.seed);
     let (sequences, faults) = page::sequences(&comparison, truth, options);
     let figures = Figures {
-        overall: overall_plots(&comparison, protocol, options),
+        overall: overall_plots(&comparison, options),
         pairs: interval_plot(&comparison, &draws),
         reliability: reliability_plot(&comparison, options),
-        attributes: attribute_plots(&comparison, protocol, options),
+        attributes: attribute_plots(&comparison, options),
         sequences,
     };
     let html = page::render(board, truth, &comparison, &figures, &faults)?;
@@ -114,7 +108,7 @@ impl Figures {
     }
 }
 
-fn overall_plots(comparison: &Comparison, protocol: &Protocol, options: &Options) -> Vec<Plot> {
+fn overall_plots(comparison: &Comparison, options: &Options) -> Vec<Plot> {
     let all: Vec<(&ComparedTracker, Summary)> =
         comparison.trackers.iter().map(|tracker| (tracker, tracker.overall.clone())).collect();
     let plot = |measure: &Measure| {
@@ -124,7 +118,7 @@ fn overall_plots(comparison: &Comparison, protocol: &Protocol, options: &Options
             comparison.scheme.title(),
             comparison.size()
         );
-        curve_plot(measure, &all, protocol, options, measure.file.to_string(), title)
+        curve_plot(measure, &all, options, measure.file.to_string(), title)
     };
     MEASURES.iter().map(plot).chain(speed_plot(comparison)).collect()
 }
@@ -161,7 +155,6 @@ fn reliability_plot(comparison: &Comparison, options: &Options) -> Option<Plot> 
 fn curve_plot(
     measure: &Measure,
     trackers: &[(&ComparedTracker, Summary)],
-    protocol: &Protocol,
     options: &Options,
     file: String,
     title: String,
@@ -174,12 +167,12 @@ fn curve_plot(
         score: (measure.score)(summary),
         style: (rank < options.best || tracker.style.strong).then_some(tracker.style),
     });
-    let (thresholds, lines) = ((measure.thresholds)(protocol), lines.collect());
+    let (thresholds, lines) = (measure.thresholds, lines.collect());
     curves::Curves { file, title, measure, thresholds, lines }.plot()
 }
 
 /// Precision and success of each attribute that several targets have.
-fn attribute_plots(comparison: &Comparison, protocol: &Protocol, options: &Options) -> Vec<Plot> {
+fn attribute_plots(comparison: &Comparison, options: &Options) -> Vec<Plot> {
     let mut all = Vec::new();
     for (short, name) in attributes_of(comparison) {
         let has = |target: &&&TargetScore| target.attributes.contains(&short);
@@ -195,7 +188,7 @@ fn attribute_plots(comparison: &Comparison, protocol: &Protocol, options: &Optio
         let plot = |measure: &Measure| {
             let title = format!("{}: {name} ({count})", measure.name);
             let file = format!("{}_{}", measure.file, file_name(&short));
-            curve_plot(measure, &trackers, protocol, options, file, title)
+            curve_plot(measure, &trackers, options, file, title)
         };
         all.extend(MEASURES[..2].iter().map(plot));
     }

@@ -4,7 +4,7 @@
 use super::chart::{Chart, Entry, PALE};
 use super::{Axis, Plot};
 use crate::metrics;
-use crate::protocol::{DP_INDEX, Protocol};
+use crate::protocol::{DP_INDEX, NORMALISED, PRECISION, SUCCESS};
 use crate::report::palette::LineStyle;
 use crate::report::svg::Svg;
 use crate::score::Summary;
@@ -20,7 +20,7 @@ pub struct Measure {
     score_label: &'static str,
     /// Labelled positions on the x axis.
     ticks: &'static [f64],
-    pub thresholds: fn(&Protocol) -> &[f64],
+    pub thresholds: &'static [f64],
     /// Shares of frames, 0 to 1, one for each threshold.
     pub curve: fn(&metrics::Curves) -> &[f64],
     pub score: fn(&Summary) -> f64,
@@ -36,7 +36,7 @@ pub static MEASURES: [Measure; 3] = [
         x_label: "centre distance threshold, pixels",
         score_label: "DP at 20 px",
         ticks: &[0.0, 10.0, 20.0, 30.0, 40.0, 50.0],
-        thresholds: |protocol| &protocol.precision,
+        thresholds: &PRECISION,
         curve: |curves| &curves.precision,
         score: |summary| summary.dp20.mean,
         mark: Some(DP_INDEX as f64),
@@ -47,7 +47,7 @@ pub static MEASURES: [Measure; 3] = [
         x_label: "overlap threshold",
         score_label: "AUC",
         ticks: &[0.0, 0.2, 0.4, 0.6, 0.8, 1.0],
-        thresholds: |protocol| &protocol.success,
+        thresholds: &SUCCESS,
         curve: |curves| &curves.success,
         score: |summary| summary.auc.mean,
         mark: None,
@@ -58,7 +58,7 @@ pub static MEASURES: [Measure; 3] = [
         x_label: "centre distance threshold, relative to the target's size",
         score_label: "mean",
         ticks: &[0.0, 0.1, 0.2, 0.3, 0.4, 0.5],
-        thresholds: |protocol| &protocol.normalised,
+        thresholds: &NORMALISED,
         curve: |curves| &curves.normalised,
         score: |summary| summary.norm_precision.mean,
         mark: None,
