@@ -3,8 +3,6 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::dataset::selection::SelectionError;
-
 /// An error of this crate. The message names the file or value and the reason. [`Error::advice`] is
 /// for users of any front end; what names an option is worded by the front end.
 #[derive(Debug, thiserror::Error)]
@@ -79,9 +77,15 @@ pub enum Error {
     /// The name of a folder of results is invalid.
     #[error("{0:?} is not a valid folder name")]
     FolderName(String),
-    /// A selection of targets is invalid.
-    #[error(transparent)]
-    Selection(#[from] SelectionError),
+    /// No target has this name; similar names.
+    #[error("the dataset has no target {0}")]
+    NoTarget(String, Vec<String>),
+    /// No target has this attribute; the attributes that occur in the dataset.
+    #[error("no target of the dataset has the attribute {0}")]
+    NoAttribute(String, Vec<String>),
+    /// No target matches both the names and the attributes.
+    #[error("no target is selected: none of the chosen targets has any of the attributes")]
+    NothingSelected,
     /// A file, frame or setting cannot be used.
     #[error(transparent)]
     Track(#[from] patchlock_track::Error),
@@ -123,7 +127,9 @@ impl Error {
             | Self::NoFrames { .. }
             | Self::CommandLine(_)
             | Self::FolderName(_)
-            | Self::Selection(_) => true,
+            | Self::NoTarget(..)
+            | Self::NoAttribute(..)
+            | Self::NothingSelected => true,
             Self::Track(error) => error.is_misuse(),
             _ => false,
         }
@@ -141,12 +147,23 @@ impl Error {
             Self::Manifest { .. } => "remove the file, so that the run is made again",
             Self::Tracker { .. } | Self::Subject(_) => "the other sequences are not affected",
             Self::FolderName(_) => "use letters, digits, - and _, at most 200 of them",
-            Self::Selection(error) => return error.advice(),
+            Self::NoTarget(_, near) if !near.is_empty() => {
+                return Some(format!("did you mean {}?", near.join(" or ")));
+            }
+            Self::NoAttribute(_, known) if known.is_empty() => {
+                "the attributes of this dataset are unknown; attributes.csv beside it can define \
+                 them"
+            }
+            Self::NoAttribute(_, known) => {
+                return Some(format!("the attributes are {}", known.join(", ")));
+            }
             Self::Track(error) => return error.advice(),
             Self::NothingToCompare { .. }
             | Self::Conflict { .. }
             | Self::Sequence(_)
-            | Self::CommandLine(_) => return None,
+            | Self::CommandLine(_)
+            | Self::NoTarget(..)
+            | Self::NothingSelected => return None,
         };
         Some(advice.to_string())
     }

@@ -5,8 +5,7 @@
 //! averages them over targets and seeds, [`compare`] estimates how certain a difference is, and
 //! [`report`] presents it all as a page. The runs of [`mod@bench`] make the boxes.
 //!
-//! [`protocol::Protocol`] holds the thresholds of the comparison; its module documents every
-//! convention.
+//! [`protocol`] holds the thresholds of the comparison and documents every convention.
 //!
 //! Boxes are [`patchlock::BoundingBox`], in pixels counted from 0. The files of most benchmarks
 //! count from 1: a dataset knows its [`origin`](dataset::Dataset::origin), and results are assumed

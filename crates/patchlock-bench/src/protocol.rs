@@ -1,6 +1,6 @@
 //! The conventions of the comparison.
 //!
-//! [`Protocol::otb`] is the protocol of OTB by Wu, Lim and Yang (CVPR 2013, PAMI 2015). Applied to
+//! They are the protocol of OTB by Wu, Lim and Yang (CVPR 2013, PAMI 2015). Applied to
 //! the raw boxes that the authors published, it reproduces the scores that they published.
 //!
 //! - The centre of a box is `x + (w - 1) / 2`, `y + (h - 1) / 2`. Only differences of centres are
@@ -31,27 +31,21 @@ pub const LOST_OVERLAP: f64 = 0.1;
 /// The box is on the target in frames with at least this overlap.
 pub const HIT_OVERLAP: f64 = 0.5;
 
-/// The thresholds of the curves. The comparison operators are fixed: see the module documentation.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Protocol {
-    /// Centre distances in pixels, increasing.
-    pub precision: Vec<f64>,
-    /// Normalised centre distances, increasing.
-    pub normalised: Vec<f64>,
-    /// Overlaps, increasing.
-    pub success: Vec<f64>,
-}
+/// Centre distances in pixels: the thresholds of precision.
+pub const PRECISION: [f64; 51] = quotients(1);
+/// Normalised centre distances.
+pub const NORMALISED: [f64; 51] = quotients(100);
+/// Overlaps: the thresholds of success.
+pub const SUCCESS: [f64; 21] = quotients(20);
 
-impl Protocol {
-    /// The protocol of OTB.
-    pub fn otb() -> Self {
-        // Quotients instead of products: 3 / 20 is the closest number to 0.15, 3 * 0.05 is not.
-        Self {
-            precision: (0..=50).map(f64::from).collect(),
-            normalised: (0..=50).map(|k| f64::from(k) / 100.0).collect(),
-            success: (0..=20).map(|k| f64::from(k) / 20.0).collect(),
-        }
+/// 0, 1, 2 .. divided by a number. 3 / 20 is the closest number to 0.15, the product 3 * 0.05 is not.
+const fn quotients<const N: usize>(divisor: u32) -> [f64; N] {
+    let (mut all, mut k) = ([0.0; N], 0);
+    while k < N {
+        all[k] = k as f64 / divisor as f64;
+        k += 1;
     }
+    all
 }
 
 #[cfg(test)]
@@ -60,15 +54,7 @@ mod tests {
 
     #[test]
     fn the_indices_match_the_thresholds() {
-        let protocol = Protocol::otb();
-        assert_eq!((protocol.precision[DP_INDEX], protocol.success[SUCCESS_INDEX]), (20.0, 0.5));
-        assert_eq!(
-            (protocol.precision.len(), protocol.normalised.len(), protocol.success.len()),
-            (51, 51, 21)
-        );
-        assert_eq!(
-            (protocol.normalised[50], protocol.success[3], protocol.success[20]),
-            (0.5, 0.15, 1.0)
-        );
+        assert_eq!((PRECISION[DP_INDEX], SUCCESS[SUCCESS_INDEX]), (20.0, 0.5));
+        assert_eq!((NORMALISED[50], SUCCESS[3], SUCCESS[20]), (0.5, 0.15, 1.0));
     }
 }

@@ -2,7 +2,6 @@
 //! commands. The other hints are the errors' own advice.
 
 use patchlock::{NetworkError, Parameter};
-use patchlock_bench::dataset::selection::SelectionError;
 use patchlock_media::{FrameFault, RangeError};
 use patchlock_studio::project;
 use patchlock_track::settings::allowed;
@@ -165,11 +164,9 @@ pub fn bench_message(error: &patchlock_bench::Error) -> String {
     match error {
         Error::CommandLine(command) => format!("--cmd {command}: not a valid command line"),
         Error::FolderName(name) => format!("--name {name:?}: not a valid folder name"),
-        Error::Selection(error @ SelectionError::Name { .. }) => format!("--sequences: {error}"),
-        Error::Selection(error @ SelectionError::Attribute { .. }) => {
-            format!("--attributes: {error}")
-        }
-        Error::Selection(SelectionError::Nothing) => {
+        Error::NoTarget(..) => format!("--sequences: {error}"),
+        Error::NoAttribute(..) => format!("--attributes: {error}"),
+        Error::NothingSelected => {
             "no target is selected: none of the --sequences has any of the --attributes".to_string()
         }
         Error::Track(error) => track_message(error),
@@ -180,12 +177,8 @@ pub fn bench_message(error: &patchlock_bench::Error) -> String {
 pub fn bench_hint(error: &patchlock_bench::Error) -> Option<String> {
     use patchlock_bench::Error;
     let hint = match error {
-        Error::Selection(SelectionError::Name { near, .. }) if near.is_empty() => {
-            "patchlock dataset DIR lists the targets"
-        }
-        Error::Selection(SelectionError::Nothing) => {
-            "patchlock dataset DIR lists the targets with their attributes"
-        }
+        Error::NoTarget(_, near) if near.is_empty() => "patchlock dataset DIR lists the targets",
+        Error::NothingSelected => "patchlock dataset DIR lists the targets with their attributes",
         Error::Track(error) => return track_hint(error),
         Error::NoDataset { .. } => {
             "name the folder of the sequences; patchlock dataset DIR lists what a folder holds"

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use patchlock::Status;
 use patchlock_bench::bench::runner::ProgressListener;
-use patchlock_bench::bench::store::Task;
+use patchlock_bench::bench::store::Run;
 
 use crate::failure::say;
 use crate::interrupt;
@@ -98,7 +98,7 @@ pub struct RunsProgress {
 
 impl RunsProgress {
     /// A bar for these runs.
-    pub fn new(tasks: &[Task<'_>], quiet: bool) -> Self {
+    pub fn new(tasks: &[Run<'_>], quiet: bool) -> Self {
         let frames = tasks.iter().map(|task| task.frames.len()).sum();
         let (ended, complete) = (AtomicUsize::new(0), AtomicUsize::new(0));
         Self { bar: Progress::new(Some(frames), quiet), runs: tasks.len(), ended, complete }
@@ -112,7 +112,7 @@ impl RunsProgress {
 }
 
 impl ProgressListener for RunsProgress {
-    fn begins(&self, task: &Task<'_>) {
+    fn begins(&self, task: &Run<'_>) {
         let number = (self.ended.load(Ordering::Relaxed) + 1).min(self.runs);
         self.bar.bar.set_message(format!(
             "run {number} of {}: {} seed {}",

@@ -7,7 +7,6 @@ use std::sync::LazyLock;
 use patchlock::BoundingBox;
 use patchlock_bench::bench::store::sha256;
 use patchlock_bench::dataset::Dataset;
-use patchlock_bench::protocol::Protocol;
 use patchlock_bench::results as read_results;
 use patchlock_bench::score::{self, TrackerScore};
 use patchlock_cli::target::Truth;
@@ -114,7 +113,7 @@ pub fn results(data: &[u8]) {
         results.runs.iter().flat_map(|run| run.boxes.iter().flatten()).for_each(|b| finite(*b));
         results.faults.iter().chain(&results.notes).for_each(|text| drop(said(text)));
     }
-    let board = score::scoreboard(&read, truth, &Protocol::otb());
+    let board = score::scoreboard(&read, truth);
     board.refused.iter().flat_map(|r| &r.reasons).for_each(|reason| drop(said(reason)));
     board.trackers.iter().for_each(shares);
 }

@@ -2,7 +2,6 @@
 //! advice is that of the errors themselves.
 
 use patchlock::NetworkError;
-use patchlock_bench::dataset::selection::SelectionError;
 use patchlock_media::{FrameFault, RangeError};
 use patchlock_studio::project;
 
@@ -132,11 +131,9 @@ fn bench_message(error: &patchlock_bench::Error) -> String {
     match error {
         Error::CommandLine(command) => format!("command {command}: not a valid command line"),
         Error::FolderName(name) => format!("name={name:?}: not a valid folder name"),
-        Error::Selection(error @ SelectionError::Name { .. }) => format!("sequences: {error}"),
-        Error::Selection(error @ SelectionError::Attribute { .. }) => {
-            format!("attributes: {error}")
-        }
-        Error::Selection(SelectionError::Nothing) => {
+        Error::NoTarget(..) => format!("sequences: {error}"),
+        Error::NoAttribute(..) => format!("attributes: {error}"),
+        Error::NothingSelected => {
             "no target is selected: none of sequences has any of attributes".to_string()
         }
         Error::Track(error) => track_message(error),

@@ -8,8 +8,8 @@ use std::time::Duration;
 
 use patchlock::BoundingBox;
 use patchlock_bench::Error;
-use patchlock_bench::bench::job::{self, BenchJobs, FrameObserver, Frames, Job, ObservedFrame};
-use patchlock_bench::bench::plan::{MOST_SECONDS, MOST_SEEDS, Options, TrackerSpec};
+use patchlock_bench::bench::job::{self, FrameObserver, Frames, Job, ObservedFrame};
+use patchlock_bench::bench::plan::{MOST_SECONDS, MOST_SEEDS, Options, Plan, TrackerSpec};
 use patchlock_bench::bench::schemes::{Scheme, Start};
 use patchlock_bench::bench::store::{self, Clip, Identity, RunFiles, Series};
 use patchlock_cli::output::background_sink::BackgroundSink;
@@ -182,7 +182,7 @@ pub fn track_job(py: Python<'_>, job: &str) -> PyResult<(String, String)> {
         let mut run_video =
             extra.video.map(|file| RunVideo { stride: stride(&job), file, sink: None });
         let observer = run_video.as_mut().map(|run_video| run_video as &mut dyn FrameObserver);
-        let written = job.track_before(observer).map_err(errors::of_bench)?;
+        let written = job.track(observer).map_err(errors::of_bench)?;
         run_video.map_or(Ok(()), RunVideo::finish).map_err(errors::of_bench)?;
         Ok::<_, PyErr>(written)
     })?;
@@ -291,7 +291,7 @@ pub fn bench_jobs(
         shard: (1, 1),
     };
     let found = py.detach(|| job::of_bench(&options, threads, side_by_side));
-    let BenchJobs { jobs, store, before, failures } = found.map_err(errors::of_bench)?;
+    let Plan { tasks: jobs, store, before, failures, .. } = found.map_err(errors::of_bench)?;
     let named = |job: Job| {
         let (target, label) = (job.target.clone(), job.label());
         Ok((target, label, message(&Message { job, extra: RunOutputs::default() })?))

@@ -9,9 +9,9 @@ use patchlock_media::{FrameRate, Order, Picture, Prefetcher};
 use serde::{Deserialize, Serialize};
 
 use super::plan::{self, Options, Plan};
-use super::runner::{self, Failure};
+use super::runner;
 use super::schemes::Start;
-use super::store::{Clip, Footage, Identity, Run, RunFiles, Series, Store, Task, Trajectory};
+use super::store::{Clip, Identity, Run, RunFiles, Series, Trajectory};
 use super::trackers::{self, Patchlock};
 use crate::Error;
 use crate::dataset::Dataset;
@@ -90,11 +90,11 @@ pub struct ObservedFrame<'a> {
 impl Job {
     /// The run, as the store identifies it.
     pub fn run(&self) -> Run<'_> {
-        let footage = match &self.frames {
-            Frames::Files(files) => Footage::Files(files),
-            Frames::Clip { clip, .. } => Footage::Clip(clip),
+        let (frames, clip) = match &self.frames {
+            Frames::Files(files) => (&files[..], None),
+            Frames::Clip { clip, .. } => (&[][..], Some(clip)),
         };
-        Run { target: &self.target, seed: self.seed, start: self.start, footage }
+        Run { target: &self.target, seed: self.seed, start: self.start, frames, clip }
     }
 
     /// Seed and start of the run, in words.
@@ -102,22 +102,12 @@ impl Job {
         runner::label(self.seed, self.start.variant)
     }
 
-    /// Makes the run and returns the contents of its two files.
+    /// Makes the run and returns the contents of its two files. `observer` sees each frame, if the
+    /// run is one on a clip.
     ///
     /// # Errors
-    /// An error of the frames, of the network's files or of the tracker.
-    pub fn track(&self) -> Result<RunFiles, Error> {
-        self.track_before(None)
-    }
-
-    /// Makes the run as [`Job::track`] does. `observer` sees each frame, if the run is one on a clip.
-    ///
-    /// # Errors
-    /// As [`Job::track`]; those of the observer.
-    pub fn track_before(
-        &self,
-        observer: Option<&mut dyn FrameObserver>,
-    ) -> Result<RunFiles, Error> {
+    /// An error of the frames, of the network's files, of the tracker or of the observer.
+    pub fn track(&self, observer: Option<&mut dyn FrameObserver>) -> Result<RunFiles, Error> {
         let trajectory = match &self.frames {
             Frames::Files(files) => self.track_files(files)?,
             Frames::Clip { path, clip } => self.track_clip(path, clip, observer)?,
@@ -139,10 +129,8 @@ impl Job {
     fn track_files(&self, files: &[PathBuf]) -> Result<Trajectory, Error> {
         let identity = self.identity()?;
         let mut subject = trackers::start(&identity, self.seed, self.threads, self.patience)?;
-        runner::trace(files.iter().map(Ok), |file, is_first| match is_first {
-            true => subject.begin(file, self.start.bbox),
-            false => subject.follow(file),
-        })
+        let frames = files.iter().map(Ok);
+        runner::trace(frames, self.start.bbox, |file, start| subject.step(file, start))
     }
 
     fn track_clip(
@@ -161,15 +149,11 @@ impl Job {
         }
         let frames = Prefetcher::start(source, indices).map(|frame| frame.map_err(Error::from));
         let mut subject = Patchlock::of(&self.identity()?, self.seed, self.threads)?;
-        let trajectory = runner::trace(frames, |(index, picture): (usize, Picture), is_first| {
-            let bbox = self.start.bbox;
-            let answer = if is_first {
+        let look = |(index, picture): (usize, Picture), start: Option<BoundingBox>| {
+            if let Some(bbox) = start {
                 start_box::check(&bbox, index, picture.width, picture.height)?;
-                subject.begin_on(&picture, bbox)
-            } else {
-                subject.follow_to(&picture)
-            };
-            let answer = answer.map_err(|error| {
+            }
+            let answer = subject.step_on(&picture, start).map_err(|error| {
                 let reason = error.to_string();
                 Error::from(patchlock_track::Error::TrackerInFrame(index, reason))
             })?;
@@ -179,22 +163,10 @@ impl Job {
                 observer.observe(ObservedFrame { frame, picture, bbox, estimate, seconds })?;
             }
             Ok(answer)
-        })?;
+        };
+        let trajectory = runner::trace(frames, self.start.bbox, look)?;
         if trajectory.boxes.is_empty() { Err(order.nothing().into()) } else { Ok(trajectory) }
     }
-}
-
-/// The runs that a benchmark requires.
-#[derive(Debug)]
-pub struct BenchJobs {
-    /// The runs to make.
-    pub jobs: Vec<Job>,
-    /// The store that they are saved to.
-    pub store: Store,
-    /// Number of runs in the store already.
-    pub before: usize,
-    /// The runs that cannot be made, with the reasons.
-    pub failures: Vec<Failure>,
 }
 
 /// The jobs that a benchmark with these options consists of. The caller chooses how many of them
@@ -206,11 +178,11 @@ pub fn of_bench(
     options: &Options,
     threads: usize,
     side_by_side: usize,
-) -> Result<BenchJobs, Error> {
+) -> Result<Plan<Job>, Error> {
     let dataset = Dataset::open(&options.dataset)?;
     let Plan { store, paths, tasks, before, failures } = plan::plan(options, &dataset)?;
     let paths = paths.absolute()?;
-    let job = |task: Task<'_>| {
+    let job = |task: Run<'_>| {
         let files = task.frames.iter();
         let files = files.map(|file| path::absolute(file).map_err(|e| Error::read(file, e)));
         Ok(Job {
@@ -225,6 +197,6 @@ pub fn of_bench(
             paths: paths.clone(),
         })
     };
-    let jobs = tasks.into_iter().map(job).collect::<Result<_, Error>>()?;
-    Ok(BenchJobs { jobs, store, before, failures })
+    let tasks = tasks.into_iter().map(job).collect::<Result<_, Error>>()?;
+    Ok(Plan { store, paths, tasks, before, failures })
 }

@@ -5,10 +5,11 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
+use patchlock::BoundingBox;
 use patchlock_media::image_file;
 
 use super::schemes::{self, Scheme};
-use super::store::{Store, Task, Trajectory};
+use super::store::{Run, Store, Trajectory};
 use super::subject::{Answer, Subject};
 use crate::Error;
 use crate::dataset::{Dataset, Sequence};
@@ -19,7 +20,7 @@ pub type SubjectFactory<'a> = &'a (dyn Fn(u64) -> Result<Box<dyn Subject>, Error
 /// Receives progress, from any thread.
 pub trait ProgressListener: Sync {
     /// A run starts.
-    fn begins(&self, task: &Task<'_>);
+    fn begins(&self, task: &Run<'_>);
     /// One more frame was tracked.
     fn frame(&self);
     /// A run ended, with `left` frames not tracked.
@@ -46,7 +47,7 @@ pub fn tasks<'a>(
     sequences: &[&'a Sequence],
     scheme: Scheme,
     seeds: &[u64],
-) -> (Vec<Task<'a>>, Vec<Failure>) {
+) -> (Vec<Run<'a>>, Vec<Failure>) {
     let (mut tasks, mut failures) = (Vec::new(), Vec::new());
     for &sequence in sequences {
         let mut fail = |error| {
@@ -67,7 +68,8 @@ pub fn tasks<'a>(
                     seeds.iter().flat_map(|seed| starts.iter().map(move |start| (seed, start)))
                 {
                     let frames = &sequence.frames[start.first..];
-                    tasks.push(Task { target: &sequence.name, frames, seed, start: *start });
+                    let (target, clip) = (&sequence.name, None);
+                    tasks.push(Run { target, frames, clip, seed, start: *start });
                 }
             }
         }
@@ -78,7 +80,7 @@ pub fn tasks<'a>(
 /// Makes the runs, `jobs` of them in parallel, with `threads` threads per tracker. Returns the runs
 /// that failed; they do not stop the others.
 pub fn run(
-    tasks: &[Task<'_>],
+    tasks: &[Run<'_>],
     store: &Store,
     make: SubjectFactory<'_>,
     jobs: usize,
@@ -123,7 +125,7 @@ pub fn label(seed: u64, variant: usize) -> String {
 
 /// Makes one run and saves it. `done` counts the tracked frames.
 fn one(
-    task: &Task<'_>,
+    task: &Run<'_>,
     store: &Store,
     make: SubjectFactory<'_>,
     jobs: usize,
@@ -133,11 +135,8 @@ fn one(
 ) -> Result<(), Error> {
     let mut subject = make(task.seed)?;
     let frames = task.frames.iter().take_while(|_| !listener.stopped()).map(Ok);
-    let trajectory = trace(frames, |file, is_first| {
-        let answer = match is_first {
-            true => subject.begin(file, task.start.bbox)?,
-            false => subject.follow(file)?,
-        };
+    let trajectory = trace(frames, task.start.bbox, |file, start| {
+        let answer = subject.step(file, start)?;
         *done += 1;
         listener.frame();
         Ok(answer)
@@ -145,37 +144,23 @@ fn one(
     if *done < task.frames.len() {
         return Ok(()); // stopped: incomplete runs are not saved
     }
-    let run = task.run();
-    store.keep(&run, &store.series().write(&run, trajectory, threads, jobs))
+    store.keep(task, &store.series().write(task, trajectory, threads, jobs))
 }
 
 /// Passes frames to a tracker in order and collects its answers. The second argument of `look` is
-/// true for the first frame.
+/// the box to start on, for the first frame.
 ///
 /// # Errors
 /// The first error of `frames` or `look`.
 pub fn trace<F>(
     frames: impl Iterator<Item = Result<F, Error>>,
-    mut look: impl FnMut(F, bool) -> Result<Answer, Error>,
+    bbox: BoundingBox,
+    mut look: impl FnMut(F, Option<BoundingBox>) -> Result<Answer, Error>,
 ) -> Result<Trajectory, Error> {
     let mut trajectory = Trajectory::default();
     for frame in frames {
-        let is_first = trajectory.boxes.is_empty();
-        trajectory.add(look(frame?, is_first)?);
+        let start = trajectory.boxes.is_empty().then_some(bbox);
+        trajectory.add(look(frame?, start)?);
     }
     Ok(trajectory)
-}
-
-/// The tasks whose runs are not in the store yet.
-///
-/// # Errors
-/// [`Error::Conflict`].
-pub fn missing<'a>(tasks: Vec<Task<'a>>, store: &Store) -> Result<Vec<Task<'a>>, Error> {
-    let mut missing = Vec::new();
-    for task in tasks {
-        if !store.holds(&task.run())? {
-            missing.push(task);
-        }
-    }
-    Ok(missing)
 }

@@ -32,17 +32,11 @@ impl Answer {
     }
 }
 
-/// A tracker under test: started on a box, then given one frame after another.
+/// A tracker under test.
 pub trait Subject {
-    /// Starts on a box in a frame.
+    /// Starts on a box in a frame, or without one tracks the target in the next frame.
     ///
     /// # Errors
     /// [`Error::Track`], [`Error::Tracker`].
-    fn begin(&mut self, frame: &Path, bbox: BoundingBox) -> Result<Answer, Error>;
-
-    /// Tracks the target in the next frame.
-    ///
-    /// # Errors
-    /// As [`Subject::begin`].
-    fn follow(&mut self, frame: &Path) -> Result<Answer, Error>;
+    fn step(&mut self, frame: &Path, start: Option<BoundingBox>) -> Result<Answer, Error>;
 }

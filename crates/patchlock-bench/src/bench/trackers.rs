@@ -24,15 +24,6 @@ pub struct Patchlock {
 }
 
 impl Patchlock {
-    /// Creates a tracker with this number of threads.
-    ///
-    /// # Errors
-    /// [`Error::Subject`] if the configuration is invalid; [`Error::Track`].
-    pub fn new(config: TrackerConfig, threads: usize) -> Result<Self, Error> {
-        config.validate().map_err(|error| Error::Subject(error.to_string()))?;
-        Ok(Self { config, pool: session::pool(Some(threads))?, tracker: None })
-    }
-
     /// Creates the tracker that an identity describes, with this seed.
     ///
     /// # Errors
@@ -55,7 +46,9 @@ impl Patchlock {
         if *network != given {
             return Err(Error::Subject(other_network(network.as_ref(), given.as_ref())));
         }
-        Self::new(with_seed(configuration, seed), threads)
+        let config = with_seed(configuration, seed);
+        config.validate().map_err(|error| Error::Subject(error.to_string()))?;
+        Ok(Self { config, pool: session::pool(Some(threads))?, session: None })
     }
 
     /// The estimate of the latest frame; `None` before the first one.
@@ -63,34 +56,28 @@ impl Patchlock {
         self.tracker.as_ref().map(Tracker::estimate)
     }
 
-    /// Starts on a box in a picture.
+    /// Starts on a box in a picture, or without one tracks the target in the next picture.
     ///
     /// # Errors
     /// The error of the tracker.
-    pub fn begin_on(
+    pub fn step_on(
         &mut self,
         picture: &Picture,
-        bbox: BoundingBox,
+        start: Option<BoundingBox>,
     ) -> Result<Answer, patchlock::Error> {
         let frame = picture.frame()?;
+        let Some(bbox) = start else {
+            // Without a first box there is nothing to follow.
+            let Some(tracker) = &mut self.tracker else { return Ok(Answer::of_box(None, 0.0)) };
+            let (estimate, seconds) = timed_on(&self.pool, || tracker.update(&frame))?;
+            return Ok(Answer::of_estimate(estimate, seconds));
+        };
         let config = self.config.clone();
         let (tracker, seconds) = timed_on(&self.pool, || Tracker::start(config, &frame, bbox))?;
         let answer = Answer::of_estimate(tracker.estimate(), seconds);
         self.tracker = Some(tracker);
         // The first box of a trajectory is the one that was given.
         Ok(Answer { bbox: Some(bbox), ..answer })
-    }
-
-    /// Tracks the target in the next picture.
-    ///
-    /// # Errors
-    /// The error of the tracker.
-    pub fn follow_to(&mut self, picture: &Picture) -> Result<Answer, patchlock::Error> {
-        let frame = picture.frame()?;
-        // Without a first box there is nothing to follow.
-        let Some(tracker) = &mut self.tracker else { return Ok(Answer::of_box(None, 0.0)) };
-        let (estimate, seconds) = timed_on(&self.pool, || tracker.update(&frame))?;
-        Ok(Answer::of_estimate(estimate, seconds))
     }
 }
 
@@ -103,21 +90,11 @@ fn other_network(needed: Option<&UsedNetwork>, given: Option<&UsedNetwork>) -> S
     format!("the runs need the network {}; given: {}", shown(needed), shown(given))
 }
 
-fn load(file: &Path) -> Result<Picture, Error> {
-    image_file::load(file).map_err(|reason| Error::frame(file, reason))
-}
-
-fn stopped_at(file: &Path, reason: &patchlock::Error) -> Error {
-    Error::Tracker { path: file.to_path_buf(), reason: reason.to_string() }
-}
-
 impl Subject for Patchlock {
-    fn begin(&mut self, frame: &Path, bbox: BoundingBox) -> Result<Answer, Error> {
-        self.begin_on(&load(frame)?, bbox).map_err(|error| stopped_at(frame, &error))
-    }
-
-    fn follow(&mut self, frame: &Path) -> Result<Answer, Error> {
-        self.follow_to(&load(frame)?).map_err(|error| stopped_at(frame, &error))
+    fn step(&mut self, file: &Path, start: Option<BoundingBox>) -> Result<Answer, Error> {
+        let picture = image_file::load(file).map_err(|reason| Error::frame(file, reason))?;
+        self.step_on(&picture, start)
+            .map_err(|error| Error::Tracker { path: file.to_path_buf(), reason: error.to_string() })
     }
 }
 

@@ -1,51 +1,8 @@
 //! Selects targets of a dataset by name and attribute.
 
 use super::{Dataset, Remark, Sequence, Severity};
+use crate::Error;
 use patchlock_track::names::{self, near_matches};
-
-/// A selection that matches no target.
-#[derive(Debug, thiserror::Error)]
-pub enum SelectionError {
-    /// No target has this name.
-    #[error("the dataset has no target {name}")]
-    Name {
-        /// The name as given.
-        name: String,
-        /// Similar names.
-        near: Vec<String>,
-    },
-    /// No target has this attribute.
-    #[error("no target of the dataset has the attribute {attribute}")]
-    Attribute {
-        /// The attribute as given.
-        attribute: String,
-        /// The attributes that occur in the dataset.
-        known: Vec<String>,
-    },
-    /// No target matches both the names and the attributes.
-    #[error("no target is selected: none of the chosen targets has any of the attributes")]
-    Nothing,
-}
-
-impl SelectionError {
-    /// What the user can do, whichever front end is used; `None` if that depends on the front end,
-    /// or nothing helps.
-    pub fn advice(&self) -> Option<String> {
-        match self {
-            Self::Name { near, .. } if near.is_empty() => None,
-            Self::Name { near, .. } => Some(format!("did you mean {}?", near.join(" or "))),
-            Self::Attribute { known, .. } if known.is_empty() => Some(
-                "the attributes of this dataset are unknown; attributes.csv beside it can define \
-                 them"
-                    .to_string(),
-            ),
-            Self::Attribute { known, .. } => {
-                Some(format!("the attributes are {}", known.join(", ")))
-            }
-            Self::Nothing => None,
-        }
-    }
-}
 
 /// The selected part of a dataset.
 pub struct Selection<'a> {
@@ -69,12 +26,12 @@ fn has(sequence: &Sequence, attribute: &str) -> bool {
 /// empty).
 ///
 /// # Errors
-/// [`SelectionError`] if a name or attribute is unknown, or nothing is selected.
+/// [`Error::NoTarget`], [`Error::NoAttribute`], [`Error::NothingSelected`].
 pub fn choose<'a>(
     dataset: &'a Dataset,
     wanted: &[String],
     attributes: &[String],
-) -> Result<Selection<'a>, SelectionError> {
+) -> Result<Selection<'a>, Error> {
     let named = |target: &str| wanted.is_empty() || wanted.iter().any(|name| selects(name, target));
     let without_truth = dataset.remarks.iter().filter(|remark| {
         remark.severity == Severity::NoTruth && remark.target.as_deref().is_some_and(named)
@@ -88,7 +45,7 @@ pub fn choose<'a>(
     let sequences = dataset.sequences.iter().filter(|sequence| named(&sequence.name)).filter(fits);
     let sequences: Vec<&Sequence> = sequences.collect();
     if sequences.is_empty() && without_truth.is_empty() {
-        return Err(SelectionError::Nothing);
+        return Err(Error::NothingSelected);
     }
     Ok(Selection { sequences, without_truth })
 }
@@ -97,7 +54,7 @@ fn check_names(
     dataset: &Dataset,
     without_truth: &[&Remark],
     wanted: &[String],
-) -> Result<(), SelectionError> {
+) -> Result<(), Error> {
     let targets = || dataset.sequences.iter().map(|sequence| sequence.name.as_str());
     let known = || targets().chain(without_truth.iter().filter_map(|r| r.target.as_deref()));
     let Some(unknown) = wanted.iter().find(|name| !known().any(|target| selects(name, target)))
@@ -105,10 +62,10 @@ fn check_names(
         return Ok(());
     };
     let near = near_matches(unknown, targets()).into_iter().map(str::to_string).collect();
-    Err(SelectionError::Name { name: unknown.clone(), near })
+    Err(Error::NoTarget(unknown.clone(), near))
 }
 
-fn check_attributes(dataset: &Dataset, attributes: &[String]) -> Result<(), SelectionError> {
+fn check_attributes(dataset: &Dataset, attributes: &[String]) -> Result<(), Error> {
     let occurs = |attribute: &String| dataset.sequences.iter().any(|s| has(s, attribute));
     let Some(unknown) = attributes.iter().find(|attribute| !occurs(attribute)) else {
         return Ok(());
@@ -117,5 +74,5 @@ fn check_attributes(dataset: &Dataset, attributes: &[String]) -> Result<(), Sele
         dataset.sequences.iter().flat_map(|s| &s.attributes).cloned().collect();
     known.sort_unstable();
     known.dedup();
-    Err(SelectionError::Attribute { attribute: unknown.clone(), known })
+    Err(Error::NoAttribute(unknown.clone(), known))
 }

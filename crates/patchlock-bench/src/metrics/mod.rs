@@ -7,6 +7,6 @@ mod frames;
 mod status;
 
 pub use calibration::{BINS, Bin, Calibration};
-pub use curves::{Curves, Tally};
+pub use curves::{Curves, loss, mean};
 pub use frames::{FrameMeasures, compare, last_given};
 pub use status::StatusCounts;

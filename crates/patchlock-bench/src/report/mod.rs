@@ -21,15 +21,15 @@ use crate::bench::store::sha256;
 use crate::compare::{BootstrapSamples, DRAWS, MIN_TARGETS, ascending, holm};
 use crate::dataset::{Dataset, OTB_ATTRIBUTES};
 use crate::metrics::Curves;
-use crate::protocol::Protocol;
 use crate::score::{self, Scoreboard, Summary, TargetScore};
 use comparison::{ComparedTracker, Comparison};
 use page::SequenceRow;
 use patchlock_track::names;
-use plots::curves::{self, Line, MEASURES, Measure};
-use plots::intervals::{Intervals, TrackerDifferences};
-use plots::reliability::{self, Reliability};
-use plots::speed::{Point, Speed};
+use plots::chart::Entry;
+use plots::curves::{self, MEASURES, Measure};
+use plots::intervals::{self, TrackerDifferences};
+use plots::reliability;
+use plots::speed::{self, Point};
 
 /// The options of a report.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -67,20 +67,15 @@ pub struct Report {
 /// # Errors
 /// [`Error::NothingToCompare`] if there are no trackers, they have no target in common, or a shown
 /// one is unknown.
-pub fn build(
-    board: &Scoreboard,
-    truth: &Dataset,
-    protocol: &Protocol,
-    options: &Options,
-) -> Result<Report, Error> {
+pub fn build(board: &Scoreboard, truth: &Dataset, options: &Options) -> Result<Report, Error> {
     let comparison = Comparison::new(board, truth, &options.shown)?;
     let draws = BootstrapSamples::new(comparison.targets.len(), DRAWS, options.seed);
-    let (sequences, faults) = page::sequences(&comparison, truth, options);
+    let (sequences, faults) = page::sequences(&comparison, truth, options)?;
     let figures = Figures {
-        overall: overall_plots(&comparison, protocol, options),
-        pairs: interval_plot(&comparison, &draws),
-        reliability: reliability_plot(&comparison, options),
-        attributes: attribute_plots(&comparison, protocol, options),
+        overall: overall_plots(&comparison, options)?,
+        pairs: interval_plot(&comparison, &draws)?,
+        reliability: reliability_plot(&comparison, options)?,
+        attributes: attribute_plots(&comparison, options)?,
         sequences,
     };
     let html = page::render(board, truth, &comparison, &figures, &faults)?;
@@ -114,7 +109,7 @@ impl Figures {
     }
 }
 
-fn overall_plots(comparison: &Comparison, protocol: &Protocol, options: &Options) -> Vec<Plot> {
+fn overall_plots(comparison: &Comparison, options: &Options) -> Result<Vec<Plot>, Error> {
     let all: Vec<(&ComparedTracker, Summary)> =
         comparison.trackers.iter().map(|tracker| (tracker, tracker.overall.clone())).collect();
     let plot = |measure: &Measure| {
@@ -124,13 +119,13 @@ fn overall_plots(comparison: &Comparison, protocol: &Protocol, options: &Options
             comparison.scheme.title(),
             comparison.size()
         );
-        curve_plot(measure, &all, protocol, options, measure.file.to_string(), title)
+        curve_plot(measure, &all, options, measure.file.to_string(), title)
     };
     MEASURES.iter().map(plot).chain(speed_plot(comparison)).collect()
 }
 
 /// The plot of accuracy and speed; `None` unless the times of at least two trackers are known.
-fn speed_plot<'a>(comparison: &Comparison<'a>) -> Option<Plot> {
+fn speed_plot<'a>(comparison: &Comparison<'a>) -> Option<Result<Plot, Error>> {
     let point = |tracker: &ComparedTracker<'a>| {
         let fps = tracker.overall.fps.map(|fps| fps.mean).filter(|fps| *fps > 0.0)?;
         let auc = tracker.overall.auc.mean;
@@ -138,11 +133,11 @@ fn speed_plot<'a>(comparison: &Comparison<'a>) -> Option<Plot> {
     };
     let points: Vec<Point> = comparison.trackers.iter().filter_map(point).collect();
     let title = format!("Accuracy and speed, {}", comparison.size());
-    (points.len() > 1).then(|| Speed { title, points }.plot())
+    (points.len() > 1).then(|| speed::plot(title, &points))
 }
 
 /// The reliability diagram of the best and the shown trackers; `None` if no scores are known.
-fn reliability_plot(comparison: &Comparison, options: &Options) -> Option<Plot> {
+fn reliability_plot(comparison: &Comparison, options: &Options) -> Result<Option<Plot>, Error> {
     let known = comparison.trackers.iter().filter_map(|tracker| {
         let pooled = &tracker.overall.calibration.as_ref()?.pooled;
         let (bins, ece) = (pooled.bins(), pooled.ece()?);
@@ -153,33 +148,38 @@ fn reliability_plot(comparison: &Comparison, options: &Options) -> Option<Plot> 
     let mut rank = 0..;
     lines.retain(|line| rank.next().is_some_and(|rank| rank < options.best) || line.style.strong);
     let title = format!("Reliability of the score, {}", comparison.size());
-    (!lines.is_empty()).then(|| Reliability { title, lines }.plot())
+    (!lines.is_empty()).then(|| reliability::plot(title, &lines)).transpose()
 }
 
 /// The curves of the trackers, ranked by the score of the measure. The best and the shown trackers
 /// are named.
-fn curve_plot(
+fn curve_plot<'a>(
     measure: &Measure,
-    trackers: &[(&ComparedTracker, Summary)],
-    protocol: &Protocol,
+    trackers: &'a [(&ComparedTracker<'a>, Summary)],
     options: &Options,
     file: String,
     title: String,
-) -> Plot {
+) -> Result<Plot, Error> {
     let scores: Vec<f64> = trackers.iter().map(|(_, summary)| -(measure.score)(summary)).collect();
     let ranked = ascending(&scores).into_iter().map(|k| &trackers[k]);
-    let lines = ranked.enumerate().map(|(rank, (tracker, summary))| Line {
-        name: tracker.name,
-        values: (measure.curve)(&summary.curves),
-        score: (measure.score)(summary),
-        style: (rank < options.best || tracker.style.strong).then_some(tracker.style),
-    });
-    let (thresholds, lines) = ((measure.thresholds)(protocol), lines.collect());
-    curves::Curves { file, title, measure, thresholds, lines }.plot()
+    let entry = |(rank, (tracker, summary)): (usize, &'a (&ComparedTracker<'a>, Summary))| {
+        let score = (measure.score)(summary);
+        let values = measure.thresholds.iter().zip((measure.curve)(&summary.curves));
+        Entry {
+            name: tracker.name,
+            score,
+            style: (rank < options.best || tracker.style.strong).then_some(tracker.style),
+            width: None,
+            tooltip: format!("{} [{score:.3}]", tracker.name),
+            points: values.map(|(&threshold, &share)| [threshold, share]).collect(),
+            dots: Vec::new(),
+        }
+    };
+    curves::plot(measure, file, title, ranked.enumerate().map(entry).collect())
 }
 
 /// Precision and success of each attribute that several targets have.
-fn attribute_plots(comparison: &Comparison, protocol: &Protocol, options: &Options) -> Vec<Plot> {
+fn attribute_plots(comparison: &Comparison, options: &Options) -> Result<Vec<Plot>, Error> {
     let mut all = Vec::new();
     for (short, name) in attributes_of(comparison) {
         let has = |target: &&&TargetScore| target.attributes.contains(&short);
@@ -195,11 +195,11 @@ fn attribute_plots(comparison: &Comparison, protocol: &Protocol, options: &Optio
         let plot = |measure: &Measure| {
             let title = format!("{}: {name} ({count})", measure.name);
             let file = format!("{}_{}", measure.file, file_name(&short));
-            curve_plot(measure, &trackers, protocol, options, file, title)
+            curve_plot(measure, &trackers, options, file, title)
         };
         all.extend(MEASURES[..2].iter().map(plot));
     }
-    all
+    all.into_iter().collect()
 }
 
 /// The attributes of the compared targets with their meanings: those of OTB in its order, then
@@ -218,9 +218,9 @@ fn attributes_of(comparison: &Comparison) -> Vec<(String, String)> {
 
 /// The differences between the tracker of the report and each other one; `None` if there is no
 /// other, or there are too few targets.
-fn interval_plot(comparison: &Comparison, draws: &BootstrapSamples) -> Option<Plot> {
+fn interval_plot(comparison: &Comparison, draws: &BootstrapSamples) -> Result<Option<Plot>, Error> {
     if comparison.targets.len() < MIN_TARGETS {
-        return None;
+        return Ok(None);
     }
     let measures: [fn(&Curves) -> f64; 2] = [Curves::auc, Curves::dp20];
     let about = comparison.about();
@@ -239,7 +239,7 @@ fn interval_plot(comparison: &Comparison, draws: &BootstrapSamples) -> Option<Pl
     }
     let count = comparison.targets.len();
     let title = format!("{} compared with each other tracker, {count} targets", about.name);
-    (!rows.is_empty()).then(|| Intervals { title, measures: ["AUC", "DP"], rows }.plot())
+    (!rows.is_empty()).then(|| intervals::plot(title, ["AUC", "DP"], &rows)).transpose()
 }
 
 /// A name with all characters replaced that are unusual in file names. A long one is cut, and then

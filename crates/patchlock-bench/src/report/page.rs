@@ -11,7 +11,7 @@ use super::comparison::{ComparedTracker, Comparison};
 use super::failures::{self, MIN_FRAMES};
 use super::palette::{self, Theme};
 use super::plots::Plot;
-use super::plots::timeline::{Timeline, Track, middle};
+use super::plots::timeline::{self, Track, middle};
 use super::{Figures, Options, file_name, rows};
 use crate::Error;
 use crate::compare::{DRAWS, MIN_TARGETS};
@@ -51,14 +51,14 @@ pub fn sequences(
     comparison: &Comparison,
     truth: &Dataset,
     options: &Options,
-) -> (Vec<SequenceRow>, Vec<String>) {
+) -> Result<(Vec<SequenceRow>, Vec<String>), Error> {
     let mut faults = Vec::new();
     let row = |(index, name): (usize, &&str)| {
         let sequence = truth.sequences.iter().find(|sequence| sequence.name == **name)?;
         Some(sequence_row(comparison, sequence, index, options, &mut faults))
     };
-    let rows = comparison.targets.iter().enumerate().filter_map(row).collect();
-    (rows, faults)
+    let rows = comparison.targets.iter().enumerate().filter_map(row).collect::<Result<_, _>>()?;
+    Ok((rows, faults))
 }
 
 fn sequence_row(
@@ -67,7 +67,7 @@ fn sequence_row(
     index: usize,
     options: &Options,
     faults: &mut Vec<String>,
-) -> SequenceRow {
+) -> Result<SequenceRow, Error> {
     let about = comparison.about();
     let others = comparison.trackers.iter().enumerate().filter(|(rank, tracker)| {
         *rank != comparison.about && (*rank < options.best || tracker.style.strong)
@@ -79,15 +79,10 @@ fn sequence_row(
     let lost = failures::failures(&tracks[0].mean);
     let thumbnails = thumbnails(sequence, about, index, &tracks[0].mean, &lost, options, faults);
     let has_status = tracks[0].statuses.is_some();
-    let plot = Timeline {
-        file: format!("overlap_{}", file_name(&sequence.name)),
-        title: sequence.name.clone(),
-        tracks,
-        failures: &lost,
-    }
-    .plot();
+    let file = format!("overlap_{}", file_name(&sequence.name));
+    let plot = timeline::plot(file, sequence.name.clone(), &tracks, &lost)?;
     let target = about.targets[index];
-    SequenceRow {
+    Ok(SequenceRow {
         name: sequence.name.clone(),
         attributes: sequence.attributes.clone(),
         auc: format!("{:.3}", about.mean(target, Curves::auc)),
@@ -97,7 +92,7 @@ fn sequence_row(
         thumbnails,
         has_status,
         plot,
-    }
+    })
 }
 
 /// The passes over a target from its first frame, one per seed that counts.

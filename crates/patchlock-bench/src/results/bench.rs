@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use super::{Layout, Results, Run, boxes};
+use super::{Results, Run, boxes};
 use crate::Error;
 use crate::bench::schemes::{self, Scheme};
 use crate::bench::store::{self, MANIFEST, Manifest, RunManifest};
@@ -24,7 +24,7 @@ pub fn read(folder: &Path, truth: &Dataset) -> Result<Vec<Results>, Error> {
             Scheme::Ope => manifest.tracker.clone(),
             Scheme::Tre | Scheme::Sre => format!("{} {}", manifest.tracker, scheme.title()),
         };
-        let mut results = Results::new(name, Layout::Bench);
+        let mut results = Results::new(name);
         let mut times = TimingConditions::default();
         for target in entries(&inner)?.into_iter().filter(|path| path.is_dir()) {
             read_target(&target, &manifest, truth.origin(), &mut results, &mut times)?;

@@ -20,23 +20,6 @@ use patchlock_track::text;
 /// Depth below a path at which trackers are searched.
 const DEPTH: usize = 3;
 
-/// The layout of a tracker's files.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Layout {
-    /// Written by `patchlock bench`: `manifest.json` and `<protocol>/<target>/<seed>.txt`.
-    Bench,
-    /// `<target>.txt` with one box per line: OTB, and the got10k toolkit for OTB.
-    Otb,
-    /// `<target>/<target>_001.txt` with one box per line: the got10k toolkit for GOT-10k. Several
-    /// files are repetitions.
-    Got10k,
-    /// `<target>/<target>_001.txt`, in which a line may be a code (1 start, 2 failure, 0 no box) or
-    /// a polygon.
-    Vot,
-    /// `<target>.txt` with `frame,id,x,y,w,h,confidence,..` on each line.
-    Mot,
-}
-
 /// One run of a tracker on one target.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Run {
@@ -66,8 +49,6 @@ pub struct Run {
 pub struct Results {
     /// Name of the tracker, which is that of its folder.
     pub name: String,
-    /// The layout of the files.
-    pub layout: Layout,
     /// The runs, ordered by target, seed and variant.
     pub runs: Vec<Run>,
     /// What could not be read, and why. A tracker with faults is not scored.
@@ -77,8 +58,8 @@ pub struct Results {
 }
 
 impl Results {
-    fn new(name: String, layout: Layout) -> Self {
-        Self { name, layout, runs: Vec::new(), faults: Vec::new(), notes: Vec::new() }
+    fn new(name: String) -> Self {
+        Self { name, runs: Vec::new(), faults: Vec::new(), notes: Vec::new() }
     }
 
     /// Adds a run from the first frame on. The file of its times may be missing.

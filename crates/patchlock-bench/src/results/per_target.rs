@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use patchlock::BoundingBox;
 
-use super::{Layout, Results, boxes};
+use super::{Results, boxes};
 use crate::Error;
 use crate::dataset::Dataset;
 use patchlock_track::files::{ends_with, entries, name_of, stem_of};
@@ -17,7 +17,7 @@ const EXPERIMENTS: &[&str] = &["baseline", "supervised", "unsupervised", "realti
 
 /// `None` if no folder has files of its own name.
 pub fn read(folder: &Path, truth: &Dataset) -> Result<Option<Results>, Error> {
-    let mut results = Results::new(tracker_name(folder), Layout::Got10k);
+    let mut results = Results::new(tracker_name(folder));
     let mut codes = 0;
     for inner in entries(folder)?.into_iter().filter(|path| path.is_dir()) {
         let target = name_of(&inner);
@@ -30,7 +30,6 @@ pub fn read(folder: &Path, truth: &Dataset) -> Result<Option<Results>, Error> {
                 }
             };
             let given = if is_vot(&table) {
-                results.layout = Layout::Vot;
                 let first = truth.find(&target).and_then(|sequence| *sequence.truth.first()?);
                 vot_boxes(&file, &table, truth.origin(), first, &mut codes)
             } else {

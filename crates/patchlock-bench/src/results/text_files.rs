@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{Layout, Results, boxes, mot};
+use super::{Results, boxes, mot};
 use crate::Error;
 use crate::dataset::Dataset;
 use patchlock_track::files::{ends_with, entries, name_of, stem_of};
@@ -10,13 +10,12 @@ use patchlock_track::text;
 
 /// `None` if the folder has no text file.
 pub fn read(folder: &Path, truth: &Dataset) -> Result<Option<Results>, Error> {
-    let mut results = Results::new(name_of(folder), Layout::Otb);
+    let mut results = Results::new(name_of(folder));
     for file in entries(folder)?.into_iter().filter(|path| ends_with(path, "txt")) {
         let target = stem_of(&file);
         match text::read(&file) {
             Err(error) => results.faults.push(error.to_string()),
             Ok(table) if mot::is_mot(&table) => {
-                results.layout = Layout::Mot;
                 let frames = truth.find(&target).map(|sequence| sequence.truth.len());
                 let boxes = mot::boxes(&file, &table, truth.origin(), frames);
                 results.add(target, 0, &file, boxes, None);

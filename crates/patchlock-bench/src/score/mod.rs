@@ -13,8 +13,7 @@ use patchlock::{BoundingBox, Status};
 use serde::Serialize;
 
 use crate::dataset::{self, Dataset, OTB_ATTRIBUTES, Remark, Sequence, Severity};
-use crate::metrics::{self, Calibration, Curves, FrameMeasures, StatusCounts, Tally};
-use crate::protocol::Protocol;
+use crate::metrics::{self, Calibration, Curves, FrameMeasures, StatusCounts};
 use crate::results::{Results, Run};
 use patchlock_track::names;
 pub use summary::{CalibrationSummary, Measure, StatusSummary, Summary, summary};
@@ -124,12 +123,12 @@ impl Scoreboard {
 }
 
 /// Scores trackers.
-pub fn scoreboard(results: &[Results], truth: &Dataset, protocol: &Protocol) -> Scoreboard {
+pub fn scoreboard(results: &[Results], truth: &Dataset) -> Scoreboard {
     let wrong = truth.remarks.iter().filter(|remark| remark.severity == Severity::NoTruth);
     let without_truth = wrong.map(Remark::to_string).collect();
     let mut board = Scoreboard { without_truth, ..Scoreboard::default() };
     for results in results {
-        match tracker(results, truth, protocol) {
+        match tracker(results, truth) {
             Ok(score) => board.trackers.push(score),
             Err(reasons) => {
                 board.refused.push(UnscoredTracker { name: results.name.clone(), reasons })
@@ -143,15 +142,11 @@ pub fn scoreboard(results: &[Results], truth: &Dataset, protocol: &Protocol) -> 
 ///
 /// # Errors
 /// Everything that is wrong with its results.
-pub fn tracker(
-    results: &Results,
-    truth: &Dataset,
-    protocol: &Protocol,
-) -> Result<TrackerScore, Vec<String>> {
+pub fn tracker(results: &Results, truth: &Dataset) -> Result<TrackerScore, Vec<String>> {
     let mut reasons = results.faults.clone();
     let mut notes = results.notes.clone();
     let runs = runs_by_target(results, truth, &mut reasons, &mut notes);
-    let targets = score_targets(&runs, truth, protocol, &mut reasons, &mut notes);
+    let targets = score_targets(&runs, truth, &mut reasons, &mut notes);
     if targets.is_empty() && reasons.is_empty() {
         reasons.push(
             "none of its targets has truth here: are these results of another dataset?".to_string(),
@@ -171,7 +166,6 @@ pub fn tracker(
 fn score_targets(
     runs: &BTreeMap<String, Vec<&Run>>,
     truth: &Dataset,
-    protocol: &Protocol,
     reasons: &mut Vec<String>,
     notes: &mut Vec<String>,
 ) -> Vec<TargetScore> {
@@ -188,7 +182,7 @@ fn score_targets(
                 if passes.iter().any(|pass| starts_elsewhere(pass, sequence)) {
                     elsewhere.push(&sequence.name);
                 }
-                targets.push(target_score(sequence, runs, passes, protocol, notes));
+                targets.push(target_score(sequence, runs, passes, notes));
             }
             Err(reason) => reasons.push(reason),
         }
@@ -293,7 +287,6 @@ fn target_score(
     sequence: &Sequence,
     runs: &[&Run],
     passes: Vec<Pass>,
-    protocol: &Protocol,
     notes: &mut Vec<String>,
 ) -> TargetScore {
     let mut seeds: Vec<u64> = runs.iter().map(|run| run.seed).collect();
@@ -304,21 +297,23 @@ fn target_score(
     for seed in seeds {
         let own = left.extract_if(.., |(run, _)| run.seed == seed);
         let (runs, passes): (Vec<&Run>, Vec<Pass>) = own.unzip();
-        let mut tally = Tally::new(protocol);
-        passes.iter().for_each(|pass| tally.add(&pass.frames, protocol));
-        let Some(curves) = tally.curves() else {
+        let frames: Vec<&FrameMeasures> = passes.iter().map(|pass| &pass.frames).collect();
+        let Some(curves) = Curves::of(&frames) else {
             notes.push(format!("{}, seed {seed}: no frame has truth", sequence.name));
             continue;
         };
+        let overlaps = frames.iter().flat_map(|frames| frames.overlaps.iter().flatten().copied());
+        let overlaps: Vec<f64> = overlaps.collect();
+        let (lost_share, overlap_not_lost) = metrics::loss(&overlaps);
         scores.push(SeedScore {
             seed,
+            mean_overlap: metrics::mean(&overlaps),
             status: status(&passes),
             calibration: calibration(&passes, &runs),
             passes,
             curves,
-            mean_overlap: tally.mean_overlap().unwrap_or(0.0),
-            lost_share: tally.lost_share().unwrap_or(0.0),
-            overlap_not_lost: tally.overlap_not_lost(),
+            lost_share,
+            overlap_not_lost,
             time: time(&runs),
         });
     }

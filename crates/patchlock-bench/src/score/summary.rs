@@ -195,8 +195,7 @@ mod tests {
             (status, calibration)
         });
         let (status, calibration) = known.unzip();
-        let curves =
-            Curves { precision: vec![0.5; 51], normalised: vec![0.5; 51], success: vec![0.5; 21] };
+        let curves = Curves { precision: [0.5; 51], normalised: [0.5; 51], success: [0.5; 21] };
         let seed = SeedScore {
             seed: 0,
             passes: Vec::new(),

@@ -3,7 +3,7 @@
 use crate::support::{Folder, rows};
 use patchlock::BoundingBox;
 use patchlock_bench::dataset::Dataset;
-use patchlock_bench::results::{self, Layout, Results};
+use patchlock_bench::results::{self, Results};
 
 const BOX: Option<BoundingBox> = Some(BoundingBox { x: 2.0, y: 3.0, w: 5.0, h: 6.0 });
 
@@ -23,7 +23,7 @@ fn otb_text() {
     let folder = folder();
     folder.file("KCF/One.txt", "3,4,5,6\nNaN,NaN,NaN,NaN\n3\t4\t5\t6\n");
     let [results] = &read(&folder, "KCF")[..] else { panic!("one tracker") };
-    assert_eq!((results.name.as_str(), results.layout), ("KCF", Layout::Otb));
+    assert_eq!(results.name, "KCF");
     assert_eq!(results.runs[0].boxes, [BOX, None, BOX]);
 }
 
@@ -34,14 +34,14 @@ fn got10k() {
     folder.file("SiamFC/one/one_002.txt", rows(3));
     folder.file("SiamFC/one/one_time.txt", "0.5\n0.25\n0.25\n");
     let [results] = &read(&folder, "SiamFC")[..] else { panic!("one tracker") };
-    assert_eq!((results.layout, results.runs.len()), (Layout::Got10k, 2));
+    assert_eq!(results.runs.len(), 2);
     assert_eq!((results.runs[0].seed, results.runs[1].seed), (0, 1));
     assert_eq!(results.runs[0].seconds, Some(vec![0.5, 0.25, 0.25]));
     // Results of got10k on OTB are in one folder, with the times in a folder beside them.
     folder.file("other/one.txt", rows(3));
     folder.file("other/times/one_time.txt", "1\n1\n1\n");
     let other = read(&folder, "other");
-    assert_eq!((other[0].layout, other[0].runs.len()), (Layout::Otb, 1));
+    assert_eq!(other[0].runs.len(), 1);
     assert_eq!(other[0].runs[0].seconds, Some(vec![1.0; 3]));
 }
 
@@ -50,7 +50,7 @@ fn vot() {
     let folder = folder();
     folder.file("CSRT/baseline/one/one_001.txt", "1\n3,4,8,4,8,10,3,10\n2\n");
     let [results] = &read(&folder, "CSRT")[..] else { panic!("one tracker") };
-    assert_eq!((results.name.as_str(), results.layout), ("CSRT baseline", Layout::Vot));
+    assert_eq!(results.name, "CSRT baseline");
     assert_eq!(
         results.runs[0].boxes,
         [BOX, BOX, None],
@@ -70,10 +70,7 @@ fn mot() {
     let folder = folder();
     folder.file("SORT/one.txt", "1,1,3,4,5,6,1,-1,-1,-1\n3,1,3,4,5,6,1,-1,-1,-1\n");
     let [results] = &read(&folder, "SORT")[..] else { panic!("one tracker") };
-    assert_eq!(
-        (results.layout, results.runs[0].boxes.as_slice()),
-        (Layout::Mot, &[BOX, None, BOX][..])
-    );
+    assert_eq!(results.runs[0].boxes, [BOX, None, BOX]);
     for (rows, message) in [
         ("1,1,3,4,5,6,1,-1,-1,-1\n1,2,3,4,5,6,1,-1,-1,-1\n", "a file holds one target"),
         ("2,1,3,4,5,6,1,-1,-1,-1\n2,1,3,4,5,6,1,-1,-1,-1\n", "frame 2 appears twice"),

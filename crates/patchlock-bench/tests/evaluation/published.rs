@@ -4,7 +4,6 @@
 use std::path::{Path, PathBuf};
 
 use patchlock_bench::dataset::{Dataset, Layout};
-use patchlock_bench::protocol::Protocol;
 use patchlock_bench::{results, score};
 use patchlock_testdata::real;
 
@@ -29,7 +28,7 @@ fn five_trackers_match_their_published_scores() {
     assert_eq!((truth.layout, truth.sequences.len()), (Layout::TruthOnly, 51));
     for (name, dp20, auc) in PUBLISHED {
         let results = results::read(&folder.join(name), &truth).unwrap();
-        let board = score::scoreboard(&results, &truth, &Protocol::otb());
+        let board = score::scoreboard(&results, &truth);
         assert!(board.refused.is_empty(), "{:?}", board.refused);
         let [tracker] = &board.trackers[..] else {
             panic!("one tracker, but {}", board.trackers.len())
@@ -47,7 +46,7 @@ fn a_trajectory_of_the_wrong_length_is_rejected() {
     let truth = Dataset::open(&folder.join("annotations")).unwrap();
     // The files of two targets have more frames than count.
     let results = results::read(&folder.join("LSK"), &truth).unwrap();
-    let reasons = score::tracker(&results[0], &truth, &Protocol::otb()).unwrap_err();
+    let reasons = score::tracker(&results[0], &truth).unwrap_err();
     assert!(
         reasons
             .iter()

@@ -6,7 +6,6 @@ use std::path::Path;
 use image::{Rgb, RgbImage};
 use patchlock::Status;
 use patchlock_bench::dataset::Dataset;
-use patchlock_bench::protocol::Protocol;
 use patchlock_bench::report::{self, Options, Plot, Report};
 use patchlock_bench::score::{self, Pass, Scoreboard};
 use patchlock_bench::{Error, results};
@@ -50,12 +49,12 @@ fn scored(folder: &Path, truth: &Dataset) -> Scoreboard {
     tracker(folder, "loser", &ALL, 1, 6);
     tracker(folder, "<b>&co", &ALL, 4, FRAMES);
     let results = results::read_all(&[folder], truth).unwrap();
-    score::scoreboard(&results, truth, &Protocol::otb())
+    score::scoreboard(&results, truth)
 }
 
 fn report(board: &Scoreboard, truth: &Dataset, shown: &[&str]) -> Result<Report, Error> {
     let shown = shown.iter().map(|name| name.to_string()).collect();
-    report::build(board, truth, &Protocol::otb(), &Options { shown, best: 2, ..Options::default() })
+    report::build(board, truth, &Options { shown, best: 2, ..Options::default() })
 }
 
 fn plot<'a>(report: &'a Report, name: &str) -> &'a Plot {
@@ -152,7 +151,7 @@ fn names_inject_nothing_into_page_pictures_tables_and_paths() {
         let runs = results.iter_mut().flat_map(|results| &mut results.runs);
         runs.filter(|run| run.target == *old).for_each(|run| run.target = new.to_string());
     }
-    let board = score::scoreboard(&results, &truth, &Protocol::otb());
+    let board = score::scoreboard(&results, &truth);
     let report = report(&board, &truth, &[]).unwrap();
     for markup in ["<img", "<script>alert", "(A1)<b>", "\u{1b}", "\u{7}"] {
         assert!(!report.html.contains(markup), "{markup}");
@@ -193,7 +192,7 @@ fn status_and_score_are_shown_where_they_are_known() {
         run.statuses = Some((0..FRAMES).map(status).collect());
         run.scores = Some((0..FRAMES).map(|frame| if frame < 6 { 0.9 } else { 0.1 }).collect());
     }
-    let board = score::scoreboard(&results, &truth, &Protocol::otb());
+    let board = score::scoreboard(&results, &truth);
     let report = report(&board, &truth, &["loser"]).unwrap();
     assert!(report.html.contains("<h2>Status and score</h2>"));
     assert_eq!(report.html.matches(">status</text>").count(), 3, "one strip for each target");
@@ -227,7 +226,7 @@ fn differences_need_enough_targets() {
         tracker(&folder_of_results, "far", &names[..count], 9, FRAMES);
         let truth = Dataset::open(&root).unwrap();
         let results = results::read_all(&[&folder_of_results], &truth).unwrap();
-        let board = score::scoreboard(&results, &truth, &Protocol::otb());
+        let board = score::scoreboard(&results, &truth);
         let report = report(&board, &truth, &[]).unwrap();
         let pairs = &report.tables.iter().find(|(name, _)| name == "pairs").unwrap().1;
         let drawn = report.plots.iter().any(|plot| plot.name == "differences");
@@ -293,7 +292,7 @@ fn trackers_without_common_targets_are_an_error() {
     tracker(&folder_of_results, "a", &["Deer"], 0, FRAMES);
     tracker(&folder_of_results, "b", &["Mine"], 0, FRAMES);
     let results = results::read_all(&[&folder_of_results], &truth).unwrap();
-    let board = score::scoreboard(&results, &truth, &Protocol::otb());
+    let board = score::scoreboard(&results, &truth);
     let error = |result: Result<Report, Error>| result.unwrap_err().to_string();
     assert!(
         error(report(&board, &truth, &[])).contains("no target has results from all 2 trackers")

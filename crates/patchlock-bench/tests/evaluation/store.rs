@@ -6,9 +6,7 @@ use crate::support::{Folder, rows};
 use patchlock::{BoundingBox, Preset, Status, TrackerConfig};
 use patchlock_bench::bench::runner::{self, ProgressListener};
 use patchlock_bench::bench::schemes::{Scheme, Start};
-use patchlock_bench::bench::store::{
-    Clip, Footage, Identity, Run, Series, Store, Task, Trajectory,
-};
+use patchlock_bench::bench::store::{Clip, Identity, Run, Series, Store, Trajectory};
 use patchlock_bench::bench::subject::{Answer, Subject};
 use patchlock_bench::dataset::Dataset;
 use patchlock_bench::{Error, results};
@@ -17,10 +15,9 @@ fn open_store(out: &Path, subject: Identity, origin: f64) -> Result<Store, Error
     Store::open(out, Series { tracker: "ours".into(), scheme: Scheme::Ope, subject, origin })
 }
 
-fn keep(store: &Store, task: &Task<'_>, boxes: &[Option<BoundingBox>], seconds: Vec<f64>) {
-    let run = task.run();
+fn keep(store: &Store, run: &Run<'_>, boxes: &[Option<BoundingBox>], seconds: Vec<f64>) {
     let trajectory = Trajectory { boxes: boxes.to_vec(), seconds, ..Trajectory::default() };
-    store.keep(&run, &store.series().write(&run, trajectory, 2, 1)).unwrap();
+    store.keep(run, &store.series().write(run, trajectory, 2, 1)).unwrap();
 }
 
 #[test]
@@ -37,21 +34,21 @@ fn boxes_and_times_are_read_back() {
     let first = BoundingBox { x: 2.0, y: 3.0, w: 5.0, h: 6.0 };
     let frames = ["a/1.png".into(), "a/2.png".into(), "a/3.png".into()];
     let start = Start { variant: 0, first: 0, bbox: first };
-    let task = Task { target: "a", frames: &frames, seed: 7, start };
-    assert!(!store.holds(&task.run()).unwrap());
+    let run = Run { target: "a", frames: &frames, clip: None, seed: 7, start };
+    assert!(!store.holds(&run).unwrap());
     let fractional =
         BoundingBox { x: 1.0 / 3.0, y: -std::f64::consts::PI, w: 5.1e-7, h: 1e5 / 7.0 };
     let seconds = vec![0.1, 1.0 / 3.0, 2e-9];
-    keep(&store, &task, &[Some(first), None, Some(fractional)], seconds.clone());
-    assert!(store.holds(&task.run()).unwrap());
+    keep(&store, &run, &[Some(first), None, Some(fractional)], seconds.clone());
+    assert!(store.holds(&run).unwrap());
 
     let [back] = &results::read(&folder.path().join("out"), &truth).unwrap()[..] else {
         panic!("one tracker")
     };
-    let run = &back.runs[0];
-    assert_eq!((run.target.as_str(), run.seed, &run.seconds), ("a", 7, &Some(seconds)));
-    assert_eq!(run.boxes[..2], [Some(first), None]);
-    let got = run.boxes[2].unwrap();
+    let read = &back.runs[0];
+    assert_eq!((read.target.as_str(), read.seed, &read.seconds), ("a", 7, &Some(seconds)));
+    assert_eq!(read.boxes[..2], [Some(first), None]);
+    let got = read.boxes[2].unwrap();
     // Sizes are read back exactly. Positions lose at most the bit that adding 1 costs.
     assert_eq!((got.w, got.h), (fractional.w, fractional.h));
     assert!((got.x - fractional.x).abs() < 1e-15 && (got.y - fractional.y).abs() < 1e-15);
@@ -64,8 +61,8 @@ fn boxes_and_times_are_read_back() {
     other.set("particles", 99).unwrap();
     let other = open(&other);
     assert!(matches!(other, Err(Error::Conflict { .. })));
-    let elsewhere = Task { start: Start { bbox: fractional, ..start }, ..task };
-    assert!(matches!(store.holds(&elsewhere.run()), Err(Error::Conflict { .. })));
+    let elsewhere = Run { start: Start { bbox: fractional, ..start }, ..run };
+    assert!(matches!(store.holds(&elsewhere), Err(Error::Conflict { .. })));
 }
 
 /// A run of three frames with the given scores and statuses, in the folder `out`, and the truth.
@@ -77,8 +74,7 @@ fn with_answers(folder: &Folder, answers: [(Option<f64>, Option<Status>); 3]) ->
     let bbox = BoundingBox { x: 2.0, y: 3.0, w: 5.0, h: 6.0 };
     let frames = ["a/1.png".into(), "a/2.png".into(), "a/3.png".into()];
     let start = Start { variant: 0, first: 0, bbox };
-    let task = Task { target: "a", frames: &frames, seed: 0, start };
-    let run = task.run();
+    let run = Run { target: "a", frames: &frames, clip: None, seed: 0, start };
     let mut trajectory = Trajectory::default();
     for (score, status) in answers {
         trajectory.add(Answer { score, status, ..Answer::of_box(Some(bbox), 0.1) });
@@ -144,8 +140,8 @@ fn runs_of_other_versions_can_be_scored_but_not_continued() {
     let bbox = BoundingBox { x: 2.0, y: 3.0, w: 5.0, h: 6.0 };
     let frames = ["a/1.png".into()];
     let start = Start { variant: 0, first: 0, bbox };
-    let task = Task { target: "a", frames: &frames, seed: 0, start };
-    keep(&store, &task, &[Some(bbox)], vec![0.1]);
+    let run = Run { target: "a", frames: &frames, clip: None, seed: 0, start };
+    keep(&store, &run, &[Some(bbox)], vec![0.1]);
     // As written by a version with one more parameter in its configuration.
     let hash = identity.hash();
     for name in ["out/ours/manifest.json", "out/ours/ope/a/0.json"] {
@@ -176,20 +172,16 @@ fn the_recorded_preset_has_the_method_in_use() {
 struct PanickingTracker;
 
 impl Subject for PanickingTracker {
-    fn begin(&mut self, frame: &Path, bbox: BoundingBox) -> Result<Answer, Error> {
+    fn step(&mut self, frame: &Path, start: Option<BoundingBox>) -> Result<Answer, Error> {
         assert!(!frame.starts_with("bad"), "a decoder may panic on a damaged file");
-        Ok(Answer::of_box(Some(bbox), 0.1))
-    }
-
-    fn follow(&mut self, _: &Path) -> Result<Answer, Error> {
-        Ok(Answer::of_box(None, 0.1))
+        Ok(Answer::of_box(start, 0.1))
     }
 }
 
 struct NoProgress;
 
 impl ProgressListener for NoProgress {
-    fn begins(&self, _: &Task<'_>) {}
+    fn begins(&self, _: &Run<'_>) {}
     fn frame(&self) {}
     fn ends(&self, _: usize, _: bool) {}
     fn stopped(&self) -> bool {
@@ -205,12 +197,12 @@ fn a_panic_in_one_run_does_not_stop_the_others() {
     let bbox = BoundingBox { x: 2.0, y: 3.0, w: 5.0, h: 6.0 };
     let start = Start { variant: 0, first: 0, bbox };
     let (bad, good) = (["bad/1.png".into()], ["good/1.png".into(), "good/2.png".into()]);
-    let task = |target, frames| Task { target, frames, seed: 0, start };
+    let task = |target, frames| Run { target, frames, clip: None, seed: 0, start };
     let tasks = [task("bad", &bad[..]), task("good", &good[..])];
     let make = |_| Ok(Box::new(PanickingTracker) as Box<dyn Subject>);
     let failures = runner::run(&tasks, &store, &make, 1, 1, &NoProgress);
     assert_eq!((failures.len(), failures[0].target.as_str()), (1, "bad"));
-    assert!(!store.holds(&tasks[0].run()).unwrap() && store.holds(&tasks[1].run()).unwrap());
+    assert!(!store.holds(&tasks[0]).unwrap() && store.holds(&tasks[1]).unwrap());
 }
 
 #[test]
@@ -224,12 +216,12 @@ fn modified_boxes_are_not_scored() {
     let bbox = BoundingBox { x: 2.0, y: 3.0, w: 5.0, h: 6.0 };
     let frames = ["a/1.png".into()];
     let start = Start { variant: 0, first: 0, bbox };
-    let task = Task { target: "a", frames: &frames, seed: 0, start };
-    keep(&store, &task, &[Some(bbox)], vec![0.1]);
+    let run = Run { target: "a", frames: &frames, clip: None, seed: 0, start };
+    keep(&store, &run, &[Some(bbox)], vec![0.1]);
     folder.file("out/ours/ope/a/0.txt", "3,4,5,7\n");
     let faults = &results::read(&out, &truth).unwrap()[0].faults;
     assert!(faults[0].contains("the hash of the boxes beside it does not match"), "{faults:?}");
-    assert!(!store.holds(&task.run()).unwrap(), "the run is made again");
+    assert!(!store.holds(&run).unwrap(), "the run is made again");
 }
 
 #[test]
@@ -241,7 +233,7 @@ fn clips_differ_if_their_source_or_range_differs() {
     let start = Start { variant: 0, first: 0, bbox };
     let clip = Clip { source: "films/a.mp4".into(), start: 3, end: None, stride: 2 };
     fn of(clip: &Clip, start: Start) -> Run<'_> {
-        Run { target: "a", seed: 0, start, footage: Footage::Clip(clip) }
+        Run { target: "a", frames: &[], clip: Some(clip), seed: 0, start }
     }
     let run = of(&clip, start);
     assert!(!store.holds(&run).unwrap());

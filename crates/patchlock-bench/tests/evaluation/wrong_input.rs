@@ -2,7 +2,6 @@
 
 use crate::support::{Folder, remarks, rows};
 use patchlock_bench::dataset::{Dataset, Severity};
-use patchlock_bench::protocol::Protocol;
 use patchlock_bench::score::{self, Scoreboard};
 use patchlock_bench::{Error, results};
 
@@ -124,7 +123,7 @@ fn scored(files: &[(&str, String)]) -> Scoreboard {
     }
     let truth = Dataset::open(&folder.path().join("truth")).unwrap();
     let results = results::read(&folder.path().join("tracker"), &truth).unwrap();
-    score::scoreboard(&results, &truth, &Protocol::otb())
+    score::scoreboard(&results, &truth)
 }
 
 fn rejection(files: &[(&str, String)]) -> String {
@@ -148,7 +147,7 @@ fn results_for_all_frames_where_only_a_part_counts() {
     folder.file("tracker/david.txt", rows(770));
     let truth = Dataset::open(&folder.path().join("truth")).unwrap();
     let results = results::read(&folder.path().join("tracker"), &truth).unwrap();
-    let message = score::tracker(&results[0], &truth, &Protocol::otb()).unwrap_err().join("; ");
+    let message = score::tracker(&results[0], &truth).unwrap_err().join("; ");
     assert!(message.contains("counts frames 300 to 770"), "{message}");
 }
 
@@ -204,7 +203,7 @@ fn seeds_missing_on_some_targets() {
     }
     let truth = Dataset::open(&folder.path().join("truth")).unwrap();
     let results = results::read(&folder.path().join("tracker"), &truth).unwrap();
-    let score = score::tracker(&results[0], &truth, &Protocol::otb()).unwrap();
+    let score = score::tracker(&results[0], &truth).unwrap();
     assert_eq!(score.seeds, [0]);
     assert!(score.notes[0].contains("seed 1 has only 1 of 2 targets"), "{:?}", score.notes);
 }

@@ -20,6 +20,7 @@
 //! its virtual environment (`tools/judge/setup.sh`); without it they print a note and pass, or fail
 //! if `PATCHLOCK_JUDGE` is `required`.
 
+use std::array;
 use std::collections::BTreeMap;
 use std::env;
 use std::fs;
@@ -30,7 +31,7 @@ use std::process::Command;
 use patchlock::BoundingBox;
 use patchlock_bench::dataset::Dataset;
 use patchlock_bench::metrics;
-use patchlock_bench::protocol::Protocol;
+use patchlock_bench::protocol::{PRECISION, SUCCESS};
 use patchlock_bench::results::{self, Run};
 use patchlock_bench::score;
 use patchlock_testdata::real;
@@ -117,17 +118,16 @@ fn curve(values: &[f64], thresholds: &[f64], passes: fn(f64, f64) -> bool) -> Cu
 
 /// Success and precision curves of a run, with these differences applied.
 fn curves(run: &Run, truth: &Truth, differences: &[Difference]) -> [Curve; 2] {
-    let protocol = Protocol::otb();
     let success = match differences.contains(&Difference::Thresholds) {
-        true => (0..=20).map(|k| f64::from(k) * 0.05).collect(),
-        false => protocol.success,
+        true => array::from_fn(|k| k as f64 * 0.05),
+        false => SUCCESS,
     };
     let frames = frames(run, truth, differences);
     let overlaps: Vec<f64> = frames.iter().map(|frame| frame.overlap).collect();
     let distances: Vec<f64> = frames.iter().map(|frame| frame.distance).collect();
     [
         curve(&overlaps, &success, |overlap, threshold| overlap > threshold),
-        curve(&distances, &protocol.precision, |distance, threshold| distance <= threshold),
+        curve(&distances, &PRECISION, |distance, threshold| distance <= threshold),
     ]
 }
 
@@ -258,12 +258,11 @@ fn every_difference_has_an_effect() {
         let gap = made_up_gap(&golden, &others, None);
         assert!(gap > 1e-3, "{left_out:?} explains nothing: {gap}");
     }
-    let ours = Protocol::otb().success;
-    let differs = |k: &usize| ours[*k] != *k as f64 * 0.05;
+    let differs = |k: &usize| SUCCESS[*k] != *k as f64 * 0.05;
     let differing: Vec<usize> = (0..=20).filter(differs).collect();
     assert!(
         differing.contains(&3)
-            && differing.iter().all(|&k| (ours[k] - k as f64 * 0.05).abs() < 1e-15),
+            && differing.iter().all(|&k| (SUCCESS[k] - k as f64 * 0.05).abs() < 1e-15),
         "{differing:?}"
     );
 }
@@ -319,7 +318,7 @@ fn published_boxes_are_scored_as_by_got10k() {
     }
     let judged = judged(&python, folder.path());
     let input = read(folder.path());
-    let board = score::scoreboard(&input.trackers, &input.dataset, &Protocol::otb());
+    let board = score::scoreboard(&input.trackers, &input.dataset);
     assert_eq!((board.trackers.len(), board.refused.len()), (10, 0));
     log("tracker   DP ours got10k   AUC ours got10k   \
          reasons: other first boxes, missing boxes; values on a threshold");

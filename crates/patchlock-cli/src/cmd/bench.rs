@@ -8,7 +8,7 @@ use clap::Args;
 use patchlock_bench::bench::plan::{self, MOST_SECONDS, MOST_SEEDS, Options, Plan, TrackerSpec};
 use patchlock_bench::bench::runner;
 use patchlock_bench::bench::schemes::Scheme;
-use patchlock_bench::bench::store::{Store, Task};
+use patchlock_bench::bench::store::{Run, Store};
 use patchlock_bench::bench::trackers;
 use patchlock_bench::dataset::Dataset;
 use patchlock_track::names::{self, counted};
@@ -222,7 +222,7 @@ fn report(
     ));
 }
 
-fn conclude(tasks: &[Task<'_>], made: usize, failures: &[runner::Failure]) -> Result<()> {
+fn conclude(tasks: &[Run<'_>], made: usize, failures: &[runner::Failure]) -> Result<()> {
     if interrupt::requested() {
         let left = tasks.len() - made;
         return Err(interrupted(format!(

@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result};
 use clap::Args;
 use patchlock_bench::dataset::Dataset;
-use patchlock_bench::protocol::Protocol;
 use patchlock_bench::report::{self, Options, Plot, Report};
 use patchlock_bench::results;
 use patchlock_bench::score::{self, Scoreboard};
@@ -117,8 +116,7 @@ pub fn run(args: &ReportArgs) -> Result<()> {
     check_folder(&folder, args.overwrite)?;
     let truth = Dataset::open(&args.truth).map_err(Failure::from)?;
     let results = results::read_all(&args.results, &truth).map_err(Failure::from)?;
-    let protocol = Protocol::otb();
-    let board = score::scoreboard(&results, &truth, &protocol);
+    let board = score::scoreboard(&results, &truth);
     for refused in &board.refused {
         say(&format!("note: {} is left out: {}", refused.name, refused.reasons.join("; ")));
     }
@@ -129,7 +127,7 @@ pub fn run(args: &ReportArgs) -> Result<()> {
         thumbnails: usize::from(args.thumbnails),
         seed: args.seed,
     };
-    let report = report::build(&board, &truth, &protocol, &options).map_err(Failure::from)?;
+    let report = report::build(&board, &truth, &options).map_err(Failure::from)?;
     interrupt::listen()?;
     let page = PendingFile::create(&args.out, args.overwrite)?;
     write_plots(&folder, &report, args)?;

@@ -6,7 +6,6 @@ use anyhow::Result;
 use clap::{Args, ValueEnum};
 use patchlock_bench::compare::ascending;
 use patchlock_bench::dataset::Dataset;
-use patchlock_bench::protocol::Protocol;
 use patchlock_bench::results;
 use patchlock_bench::score::{
     self, CalibrationSummary, Measure, Scoreboard, StatusSummary, Summary, TrackerScore,
@@ -85,7 +84,7 @@ pub enum Grouping {
 pub fn run(args: &ScoreArgs) -> Result<()> {
     let truth = Dataset::open(&args.truth).map_err(Failure::from)?;
     let results = results::read_all(&args.results, &truth).map_err(Failure::from)?;
-    let board = score::scoreboard(&results, &truth, &Protocol::otb());
+    let board = score::scoreboard(&results, &truth);
     let text = if args.json {
         serde_json::to_string_pretty(&json_of(&board, args.by))? + "\n"
     } else {

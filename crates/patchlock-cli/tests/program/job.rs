@@ -46,14 +46,14 @@ fn jobs_give_the_results_of_bench() {
     benchmark.bench("whole", &["--seeds", "2"]).assert().code(1);
     let options = Options { seeds: 2, ..options(&benchmark, "parts") };
     let found = job::of_bench(&options, 1, 2).unwrap();
-    assert_eq!((found.jobs.len(), found.before, found.failures.len()), (4, 0, 1));
-    for job in &found.jobs {
-        let written = sent(job).track().unwrap();
+    assert_eq!((found.tasks.len(), found.before, found.failures.len()), (4, 0, 1));
+    for job in &found.tasks {
+        let written = sent(job).track(None).unwrap();
         found.store.keep(&job.run(), &written).unwrap();
     }
     assert_eq!(benchmark.trajectories("parts"), benchmark.trajectories("whole"));
     let again = job::of_bench(&options, 1, 2).unwrap();
-    assert_eq!((again.jobs.len(), again.before), (0, 4));
+    assert_eq!((again.tasks.len(), again.before), (0, 4));
 }
 
 #[test]
@@ -103,7 +103,7 @@ fn a_clip_has_the_boxes_of_track() {
     let mut config = TrackerConfig::from(Preset::Paper);
     config.set("particles", 12).unwrap();
     let part = Clip { source: "a.mp4".into(), start: 2, end: Some(8), stride: 2 };
-    let written = sent(&clip(&bench.path("a.mp4"), part, &config)).track().unwrap();
+    let written = sent(&clip(&bench.path("a.mp4"), part, &config)).track(None).unwrap();
     let boxes = |text: &str| -> Vec<Vec<f64>> {
         text.lines().map(|l| l.split(',').map(|word| word.parse().unwrap()).collect()).collect()
     };
@@ -123,7 +123,7 @@ fn invalid_clips_are_refused() {
     config.set("particles", 12).unwrap();
     let whole = || Clip { source: "a.mp4".into(), start: 0, end: None, stride: 1 };
     let good = clip(&bench.path("a.mp4"), whole(), &config);
-    let error = |job: Job| job.track().unwrap_err().to_string();
+    let error = |job: Job| job.track(None).unwrap_err().to_string();
     assert!(error(clip(&bench.path("b.mp4"), whole(), &config)).contains("no file or folder"));
     let late = Clip { start: 3, ..whole() };
     assert!(error(clip(&bench.path("a.mp4"), late, &config)).contains("source has 3 frames"));

@@ -286,15 +286,15 @@ fn a_job_finds_its_network_again() {
         shard: (1, 1),
     };
     let found = job::of_bench(&options, 1, 1).unwrap();
-    let message = serde_json::to_string(&found.jobs[0]).unwrap();
+    let message = serde_json::to_string(&found.tasks[0]).unwrap();
     let job: Job = serde_json::from_str(&message).unwrap();
-    found.store.keep(&job.run(), &job.track().unwrap()).unwrap();
+    found.store.keep(&job.run(), &job.track(None).unwrap()).unwrap();
     assert_eq!(benchmark.trajectories("parts"), benchmark.trajectories("whole"));
     // Where the message arrives, the file may be missing or another one.
     let at = |model: Option<&str>| {
         let model = model.map(|name| benchmark.path(name));
         let paths = ModelPaths { model, runtime: None };
-        Job { paths, ..job.clone() }.track().unwrap_err().to_string()
+        Job { paths, ..job.clone() }.track(None).unwrap_err().to_string()
     };
     assert!(at(Some("other.onnx")).contains("the runs need the network VitTrack"));
     assert!(at(Some("none.onnx")).contains("cannot read"));

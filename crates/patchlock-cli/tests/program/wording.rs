@@ -9,7 +9,6 @@ use std::io;
 use std::iter::successors;
 
 use patchlock::NetworkError;
-use patchlock_bench::dataset::selection::SelectionError;
 use patchlock_media::image_file::LoadError;
 use patchlock_media::{Container, FrameFault, Limits, RangeError, SizeLimitError};
 use patchlock_studio::project;
@@ -152,22 +151,6 @@ fn all_of_track() -> impl Iterator<Item = patchlock_track::Error> {
     successors(Some(first), next_track).chain(all_of_media().map(patchlock_track::Error::from))
 }
 
-fn next_selection(error: &SelectionError) -> Option<SelectionError> {
-    Some(match error {
-        SelectionError::Name { near, .. } if near.is_empty() => {
-            SelectionError::Name { name: "a".into(), near: vec!["b".into()] }
-        }
-        SelectionError::Name { .. } => {
-            SelectionError::Attribute { attribute: "IV".into(), known: Vec::new() }
-        }
-        SelectionError::Attribute { known, .. } if known.is_empty() => {
-            SelectionError::Attribute { attribute: "IV".into(), known: vec!["OCC".into()] }
-        }
-        SelectionError::Attribute { .. } => SelectionError::Nothing,
-        SelectionError::Nothing => return None,
-    })
-}
-
 fn next_bench(error: &patchlock_bench::Error) -> Option<patchlock_bench::Error> {
     use patchlock_bench::Error;
     let (path, reason) = (|| "p".into(), "why".to_string());
@@ -183,11 +166,16 @@ fn next_bench(error: &patchlock_bench::Error) -> Option<patchlock_bench::Error> 
         Error::Subject(_) => Error::NoFrames { path: path() },
         Error::NoFrames { .. } => Error::CommandLine("'x".into()),
         Error::CommandLine(_) => Error::FolderName("a/b".into()),
-        Error::FolderName(_) => SelectionError::Name { name: "a".into(), near: Vec::new() }.into(),
-        Error::Selection(error) => match next_selection(error) {
-            Some(next) => next.into(),
-            None => Error::Track(patchlock_media::Error::NoFrames.into()),
-        },
+        Error::FolderName(_) => Error::NoTarget("a".into(), Vec::new()),
+        Error::NoTarget(_, near) if near.is_empty() => {
+            Error::NoTarget("a".into(), vec!["b".into()])
+        }
+        Error::NoTarget(..) => Error::NoAttribute("IV".into(), Vec::new()),
+        Error::NoAttribute(_, known) if known.is_empty() => {
+            Error::NoAttribute("IV".into(), vec!["OCC".into()])
+        }
+        Error::NoAttribute(..) => Error::NothingSelected,
+        Error::NothingSelected => Error::Track(patchlock_media::Error::NoFrames.into()),
         Error::Track(_) => return None,
     })
 }

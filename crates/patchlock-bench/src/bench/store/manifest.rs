@@ -1,11 +1,13 @@
 //! The manifests of a tracker and of its runs, and the text format of the boxes.
 
+use std::path::{Path, PathBuf};
+
 use patchlock::{BoundingBox, Status};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::files::sha256;
-use super::{Clip, Footage, Run, Series};
+use super::{Clip, Run, Series};
 use crate::bench::machine::Machine;
 use crate::bench::subject::Answer;
 use patchlock_track::files::name_of;
@@ -79,11 +81,8 @@ impl RunManifest {
     /// checked.
     pub(super) fn is_of(&self, run: &Run<'_>) -> bool {
         let same_start = self.given == run.start.bbox && self.first == run.start.first;
-        same_start
-            && match run.footage {
-                Footage::Files(files) => self.clip.is_none() && self.frames == files.len(),
-                Footage::Clip(clip) => self.clip.as_ref() == Some(clip),
-            }
+        let same_length = run.clip.is_some() || self.frames == run.frames.len();
+        same_start && same_length && self.clip.as_ref() == run.clip
     }
 
     /// Describes the run, for an error message.
@@ -149,6 +148,8 @@ impl Series {
         jobs: usize,
     ) -> RunFiles {
         let boxes = text_of(&trajectory.boxes, self.origin);
+        let source = run.clip.map(|clip| Path::new(&clip.source));
+        let first_frame = source.or(run.frames.first().map(PathBuf::as_path));
         let manifest = RunManifest {
             tracker: self.tracker.clone(),
             configuration_hash: self.subject.hash(),
@@ -160,8 +161,8 @@ impl Series {
             first: run.start.first,
             given: run.start.bbox,
             frames: trajectory.boxes.len(),
-            first_frame: run.footage.name(),
-            clip: run.footage.clip().cloned(),
+            first_frame: first_frame.map(name_of).unwrap_or_default(),
+            clip: run.clip.cloned(),
             origin: self.origin,
             machine: Machine::here(),
             threads,
@@ -172,22 +173,6 @@ impl Series {
             status: of_all(trajectory.statuses, trajectory.boxes.len()),
         };
         RunFiles { boxes, manifest: serde_json::to_string(&manifest).unwrap_or_default() }
-    }
-}
-
-impl Footage<'_> {
-    fn clip(&self) -> Option<&Clip> {
-        match self {
-            Self::Files(_) => None,
-            Self::Clip(clip) => Some(clip),
-        }
-    }
-
-    fn name(&self) -> String {
-        match self {
-            Self::Files(files) => files.first().map(|path| name_of(path)).unwrap_or_default(),
-            Self::Clip(clip) => name_of(clip.source.as_ref()),
-        }
     }
 }
 

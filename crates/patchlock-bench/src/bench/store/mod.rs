@@ -35,27 +35,6 @@ const FORMAT: u32 = 1;
 /// File name of a tracker's manifest.
 pub const MANIFEST: &str = "manifest.json";
 
-/// A run to make on image files.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Task<'a> {
-    /// The target's name.
-    pub target: &'a str,
-    /// The image files, starting with the first frame of the run.
-    pub frames: &'a [PathBuf],
-    /// Seed of the tracker.
-    pub seed: u64,
-    /// The frame and box to start on.
-    pub start: Start,
-}
-
-impl Task<'_> {
-    /// The run, as the store identifies it.
-    pub fn run(&self) -> Run<'_> {
-        let Self { target, frames, seed, start } = *self;
-        Run { target, seed, start, footage: Footage::Files(frames) }
-    }
-}
-
 /// A part of a video or of another source of frames.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Clip {
@@ -69,15 +48,6 @@ pub struct Clip {
     pub stride: usize,
 }
 
-/// The frames of a run.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Footage<'a> {
-    /// Image files, starting with the first frame of the run.
-    Files(&'a [PathBuf]),
-    /// A clip; its number of frames may be unknown until it has been tracked.
-    Clip(&'a Clip),
-}
-
 /// The key of a run: the names of its files derive from it, and a stored run has to agree with it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Run<'a> {
@@ -87,8 +57,11 @@ pub struct Run<'a> {
     pub seed: u64,
     /// The frame and box to start on.
     pub start: Start,
-    /// The frames.
-    pub footage: Footage<'a>,
+    /// The image files, from the first frame of the run on; none for a clip.
+    pub frames: &'a [PathBuf],
+    /// The clip, if the run is not on image files. Its number of frames may be unknown until it has
+    /// been tracked.
+    pub clip: Option<&'a Clip>,
 }
 
 /// What all runs of a store have in common.

@@ -148,26 +148,22 @@ fn url(file: &Path) -> Result<String, Error> {
 }
 
 impl Subject for Trax {
-    fn begin(&mut self, frame: &Path, bbox: BoundingBox) -> Result<Answer, Error> {
+    fn step(&mut self, frame: &Path, start: Option<BoundingBox>) -> Result<Answer, Error> {
         let image = url(frame)?;
+        let message = |name, arguments: &[&str]| Message::new(name, arguments).to_string();
+        let Some(bbox) = start else { return self.ask(frame, &message("frame", &[&image])) };
         let region = match self.capabilities.polygons {
             true => Region::corners_of(&bbox),
             false => Region::Rectangle(bbox),
         };
         let region = region.to_string();
-        let initialize = |arguments: &[&str]| Message::new("initialize", arguments).to_string();
         let lines = match self.capabilities.version {
-            ..=3 => initialize(&[&image, &region]),
-            _ => initialize(&[&region]) + &Message::new("frame", &[&image]).to_string(),
+            ..=3 => message("initialize", &[&image, &region]),
+            _ => message("initialize", &[&region]) + &message("frame", &[&image]),
         };
         let answer = self.ask(frame, &lines)?;
         // The first line of a trajectory is the box as given.
         Ok(Answer { bbox: Some(bbox), ..answer })
-    }
-
-    fn follow(&mut self, frame: &Path) -> Result<Answer, Error> {
-        let line = Message::new("frame", &[&url(frame)?]).to_string();
-        self.ask(frame, &line)
     }
 }
 

@@ -1,8 +1,10 @@
-//! What plots of shares have in common: axes, and a ranked legend beside them.
+//! What plots of shares have in common: axes, lines, and a ranked legend beside them.
 
-use super::Axis;
+use minijinja::context;
+
+use super::{Axis, Plot, drawn, points};
+use crate::Error;
 use crate::report::palette::LineStyle;
-use crate::report::svg::{Anchor, Svg, escape};
 
 const LEFT: f64 = 58.0;
 const TOP: f64 = 54.0;
@@ -13,24 +15,30 @@ const AREA: [f64; 2] = [400.0, 330.0];
 const GAP: f64 = 22.0;
 const LEGEND: f64 = 256.0;
 const ROW: f64 = 21.0;
-/// Room for a name in the legend, between its line and its score.
-const NAME_WIDTH: f64 = LEGEND - 70.0 - 64.0;
 
 /// The SVG attributes of the line of a tracker without a name.
-pub const PALE: &str = "class=\"other\" stroke-width=\"1\"";
+const PALE: &str = "class=\"other\" stroke-width=\"1\"";
 
-/// A tracker in the legend.
+/// A tracker in the plot.
 pub struct Entry<'a> {
     pub name: &'a str,
-    /// The number beside it.
+    /// The number beside it in the legend.
     pub score: f64,
-    /// The line style; `None` for a tracker that is only counted.
+    /// The line style; `None` for a pale line without a name.
     pub style: Option<LineStyle>,
+    /// The width of the line, if it is not that of the style.
+    pub width: Option<f64>,
+    pub tooltip: String,
+    pub points: Vec<[f64; 2]>,
+    /// Radius and number of frames of each point, if the points are drawn.
+    pub dots: Vec<(f64, usize)>,
 }
 
-/// A plot of shares, 0 to 1, without its lines.
+/// A plot of shares, 0 to 1.
 pub struct Chart<'a> {
-    pub title: &'a str,
+    /// Name of the plot's files, without extension.
+    pub file: String,
+    pub title: String,
     pub x_label: &'a str,
     /// Label of the shares.
     pub y_label: &'a str,
@@ -40,74 +48,61 @@ pub struct Chart<'a> {
     pub last: f64,
     /// Labelled positions on the x axis.
     pub ticks: &'a [f64],
+    /// The ends on the x axis of a dashed line from the bottom to the top.
+    pub mark: Option<[f64; 2]>,
     /// The trackers by rank.
     pub entries: Vec<Entry<'a>>,
+    pub table: Vec<Vec<String>>,
 }
 
 impl Chart<'_> {
-    /// Draws heading, axes and legend, and returns the axes.
-    pub fn draw(&self, svg: &mut Svg) -> (Axis, Axis) {
-        svg.text([LEFT, 28.0], 16.0, "ink", Anchor::Start, self.title);
-        let x = Axis { values: [0.0, self.last], pixels: [LEFT, LEFT + AREA[0]] };
-        let y = Axis { values: [0.0, 1.0], pixels: [TOP + self.height(), TOP] };
-        self.axes(svg, x, y);
-        self.legend(svg, LEFT + AREA[0] + GAP);
-        (x, y)
-    }
-
-    pub fn size(&self) -> [f64; 2] {
-        [LEFT + AREA[0] + GAP + LEGEND, TOP + self.height() + BOTTOM]
-    }
-
-    /// The height of the area with the lines: a long legend increases it.
-    fn height(&self) -> f64 {
-        let named = self.entries.iter().filter(|entry| entry.style.is_some()).count();
-        let others = usize::from(named < self.entries.len());
-        AREA[1].max(ROW * (named + others + 1) as f64)
-    }
-
-    fn axes(&self, svg: &mut Svg, x: Axis, y: Axis) {
-        let [bottom, top] = y.pixels;
-        let [left, right] = x.pixels;
-        for tick in 0..=5 {
-            y.grid_line(svg, f64::from(tick) / 5.0, x.pixels, 12.0);
-        }
-        for &value in self.ticks {
-            let (at, label) = (x.at(value), value.to_string());
-            svg.line("grid", [at, bottom], [at, top]);
-            svg.text([at, bottom + 18.0], 12.0, "soft", Anchor::Middle, &label);
-        }
-        svg.line("axis", [left, bottom], [right, bottom]);
-        svg.text([(left + right) / 2.0, bottom + 40.0], 13.0, "soft", Anchor::Middle, self.x_label);
-        svg.put(format_args!(
-            "<text class=\"soft\" font-size=\"13\" text-anchor=\"middle\" \
-             transform=\"translate(16 {:.1}) rotate(-90)\">{}</text>",
-            (top + bottom) / 2.0,
-            escape(self.y_label)
-        ));
-    }
-
-    fn legend(&self, svg: &mut Svg, left: f64) {
-        let (mut y, right) = (TOP + 6.0, left + LEGEND - 8.0);
-        let sample = |y: f64| [[left + 28.0, y - 4.5], [left + 62.0, y - 4.5]];
-        svg.text([left, y], 12.0, "soft", Anchor::Start, "rank");
-        svg.text([right, y], 12.0, "soft", Anchor::End, self.score_label);
-        for (k, entry) in self.entries.iter().enumerate() {
-            let Some(style) = entry.style else { continue };
-            y += ROW;
-            if style.strong {
-                svg.rect("chosen", [left - 4.0, y - 15.0], [LEGEND, ROW - 1.0]);
+    /// Draws pale lines first, then the named ones from worst to best, the strong ones on top.
+    ///
+    /// # Errors
+    /// As [`drawn`].
+    pub fn plot(self) -> Result<Plot, Error> {
+        let ranked = self.entries.iter().enumerate();
+        let named = ranked.filter_map(|(rank, entry)| {
+            let (look, strong) = (entry.style?.line(), entry.style?.strong);
+            let score = format!("{:.3}", entry.score);
+            Some(context! { rank => rank + 1, name => entry.name, look, strong, score })
+        });
+        let named: Vec<_> = named.collect();
+        let others = self.entries.len() - named.len();
+        // A long legend increases the height.
+        let rows = named.len() + usize::from(others > 0) + 1;
+        let (right, bottom) = (LEFT + AREA[0], TOP + AREA[1].max(ROW * rows as f64));
+        let x = Axis { values: [0.0, self.last], pixels: [LEFT, right] };
+        let y = Axis { values: [0.0, 1.0], pixels: [bottom, TOP] };
+        let mut lowest_first: Vec<&Entry> = self.entries.iter().rev().collect();
+        lowest_first.sort_by_key(|entry| entry.style.map(|style| style.strong));
+        let line = |entry: &Entry| {
+            let at = || entry.points.iter().map(|&[a, b]| [x.at(a), y.at(b)]);
+            let dots = at().zip(&entry.dots);
+            let dots = dots.map(|([x, y], (radius, frames))| context! { x, y, radius, frames });
+            let look = entry.style.map_or(PALE.to_string(), |style| match entry.width {
+                Some(width) => style.line_with_width(width),
+                None => style.line(),
+            });
+            context! {
+                look,
+                points => points(at()),
+                tooltip => &entry.tooltip,
+                fill => entry.style.map(LineStyle::fill),
+                dots => dots.collect::<Vec<_>>(),
             }
-            svg.text([left + 20.0, y], 13.0, "soft", Anchor::End, &(k + 1).to_string());
-            svg.polyline(&style.line(), &sample(y), entry.name);
-            svg.name([left + 70.0, y], 13.0, NAME_WIDTH, entry.name);
-            svg.text([right, y], 13.0, "ink", Anchor::End, &format!("[{:.3}]", entry.score));
-        }
-        let others = self.entries.iter().filter(|entry| entry.style.is_none()).count();
-        if others > 0 {
-            y += ROW;
-            svg.polyline(PALE, &sample(y), "");
-            svg.text([left + 70.0, y], 12.0, "soft", Anchor::Start, &format!("{others} more"));
-        }
+        };
+        let values = context! {
+            left => LEFT, right, top => TOP, bottom, x => x.function(), y => y.function(),
+            legend => right + GAP, legend_width => LEGEND, row => ROW, pale => PALE,
+            title => &self.title, mark => self.mark,
+            ticks => self.ticks.iter().map(|tick| (*tick, tick.to_string())).collect::<Vec<_>>(),
+            x_label => self.x_label, y_label => self.y_label, score_label => self.score_label,
+            lines => lowest_first.into_iter().map(line).collect::<Vec<_>>(),
+            named, others,
+        };
+        let body = drawn(include_str!("chart.xml"), values)?;
+        let size = [right + GAP + LEGEND, bottom + BOTTOM];
+        Ok(Plot { name: self.file, title: self.title, table: self.table, body, size, head: 0.0 })
     }
 }

@@ -1,12 +1,11 @@
 //! Precision and success plots: one line per tracker. The best are named in a ranked legend; the
 //! others are pale lines in the background.
 
-use super::chart::{Chart, Entry, PALE};
-use super::{Axis, Plot};
+use super::Plot;
+use super::chart::{Chart, Entry};
+use crate::Error;
 use crate::metrics;
-use crate::protocol::{DP_INDEX, Protocol};
-use crate::report::palette::LineStyle;
-use crate::report::svg::Svg;
+use crate::protocol::{DP_INDEX, NORMALISED, PRECISION, SUCCESS};
 use crate::score::Summary;
 
 /// A measure that is drawn as curves.
@@ -20,7 +19,7 @@ pub struct Measure {
     score_label: &'static str,
     /// Labelled positions on the x axis.
     ticks: &'static [f64],
-    pub thresholds: fn(&Protocol) -> &[f64],
+    pub thresholds: &'static [f64],
     /// Shares of frames, 0 to 1, one for each threshold.
     pub curve: fn(&metrics::Curves) -> &[f64],
     pub score: fn(&Summary) -> f64,
@@ -36,7 +35,7 @@ pub static MEASURES: [Measure; 3] = [
         x_label: "centre distance threshold, pixels",
         score_label: "DP at 20 px",
         ticks: &[0.0, 10.0, 20.0, 30.0, 40.0, 50.0],
-        thresholds: |protocol| &protocol.precision,
+        thresholds: &PRECISION,
         curve: |curves| &curves.precision,
         score: |summary| summary.dp20.mean,
         mark: Some(DP_INDEX as f64),
@@ -47,7 +46,7 @@ pub static MEASURES: [Measure; 3] = [
         x_label: "overlap threshold",
         score_label: "AUC",
         ticks: &[0.0, 0.2, 0.4, 0.6, 0.8, 1.0],
-        thresholds: |protocol| &protocol.success,
+        thresholds: &SUCCESS,
         curve: |curves| &curves.success,
         score: |summary| summary.auc.mean,
         mark: None,
@@ -58,132 +57,78 @@ pub static MEASURES: [Measure; 3] = [
         x_label: "centre distance threshold, relative to the target's size",
         score_label: "mean",
         ticks: &[0.0, 0.1, 0.2, 0.3, 0.4, 0.5],
-        thresholds: |protocol| &protocol.normalised,
+        thresholds: &NORMALISED,
         curve: |curves| &curves.normalised,
         score: |summary| summary.norm_precision.mean,
         mark: None,
     },
 ];
 
-#[derive(Debug, Clone, PartialEq)]
-pub struct Line<'a> {
-    pub name: &'a str,
-    /// Shares of frames, 0 to 1, one for each threshold.
-    pub values: &'a [f64],
-    pub score: f64,
-    /// The line style; `None` for a pale line without a name.
-    pub style: Option<LineStyle>,
-}
-
-pub struct Curves<'a> {
-    /// Name of the plot's files, without extension.
-    pub file: String,
-    pub title: String,
-    pub measure: &'a Measure,
-    pub thresholds: &'a [f64],
-    /// The lines, best tracker first.
-    pub lines: Vec<Line<'a>>,
-}
-
-impl Curves<'_> {
-    pub fn plot(self) -> Plot {
-        let lines = self.lines.iter();
-        let chart = Chart {
-            title: &self.title,
-            x_label: self.measure.x_label,
-            y_label: "share of frames",
-            score_label: self.measure.score_label,
-            last: self.thresholds.last().copied().unwrap_or(1.0),
-            ticks: self.measure.ticks,
-            entries: lines
-                .map(|line| Entry { name: line.name, score: line.score, style: line.style })
-                .collect(),
-        };
-        let mut svg = Svg::default();
-        let (x, y) = chart.draw(&mut svg);
-        if let Some(mark) = self.measure.mark {
-            svg.put(format_args!(
-                "<line class=\"axis\" stroke-dasharray=\"3 3\" x1=\"{0:.1}\" x2=\"{0:.1}\" \
-                 y1=\"{1:.1}\" y2=\"{2:.1}\"/>",
-                x.at(mark),
-                y.at(0.0),
-                y.at(1.0)
-            ));
-        }
-        self.draw_lines(&mut svg, x, y);
-        let (size, table) = (chart.size(), self.table());
-        Plot { name: self.file, title: self.title, table, picture: svg, size, head: 0.0 }
+/// The plot of a measure, with the trackers by rank; `file` is the name of its files.
+///
+/// # Errors
+/// [`Error::Picture`], which is a bug.
+pub fn plot(
+    measure: &Measure,
+    file: String,
+    title: String,
+    entries: Vec<Entry>,
+) -> Result<Plot, Error> {
+    let names = entries.iter().map(|entry| entry.name.to_string());
+    let mut table = vec![["threshold".to_string()].into_iter().chain(names).collect::<Vec<_>>()];
+    for (k, threshold) in measure.thresholds.iter().enumerate() {
+        let values = entries.iter().map(|entry| format!("{:.6}", entry.points[k][1]));
+        table.push([format!("{threshold}")].into_iter().chain(values).collect());
     }
-
-    /// Draws pale lines first, then the named ones from worst to best, the strong ones on top.
-    fn draw_lines(&self, svg: &mut Svg, x: Axis, y: Axis) {
-        let depth = |line: &Line| line.style.map_or(0, |style| if style.strong { 2 } else { 1 });
-        for layer in 0..=2 {
-            for line in self.lines.iter().rev().filter(|line| depth(line) == layer) {
-                let points = self.thresholds.iter().zip(line.values);
-                let points: Vec<_> = points.map(|(&t, &v)| [x.at(t), y.at(v)]).collect();
-                let attributes = line.style.map_or(PALE.to_string(), LineStyle::line);
-                svg.polyline(&attributes, &points, &format!("{} [{:.3}]", line.name, line.score));
-            }
-        }
-    }
-
-    fn table(&self) -> Vec<Vec<String>> {
-        let names = self.lines.iter().map(|line| line.name.to_string());
-        let mut table =
-            vec![["threshold".to_string()].into_iter().chain(names).collect::<Vec<_>>()];
-        for (k, threshold) in self.thresholds.iter().enumerate() {
-            let values = self
-                .lines
-                .iter()
-                .map(|line| line.values.get(k).map_or(String::new(), |v| format!("{v:.6}")));
-            table.push([format!("{threshold}")].into_iter().chain(values).collect());
-        }
-        table
-    }
+    let chart = Chart {
+        file,
+        title,
+        x_label: measure.x_label,
+        y_label: "share of frames",
+        score_label: measure.score_label,
+        last: measure.thresholds.last().copied().unwrap_or(1.0),
+        ticks: measure.ticks,
+        mark: measure.mark.map(|mark| [mark; 2]),
+        entries,
+        table,
+    };
+    chart.plot()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::protocol::SUCCESS;
+    use crate::report::palette::LineStyle;
 
-    fn curves<'a>(names: &'a [String], values: &'a [f64]) -> Curves<'a> {
-        let style = |k: usize| {
-            (k < 2).then(|| if k == 0 { LineStyle::FIRST } else { LineStyle::other(k, false) })
-        };
-        Curves {
-            file: "success".into(),
-            title: "Success".into(),
-            measure: &MEASURES[1],
-            thresholds: &[0.0, 0.5, 1.0],
-            lines: names
-                .iter()
-                .enumerate()
-                .map(|(k, name)| Line { name, values, score: 0.5, style: style(k) })
-                .collect(),
-        }
+    fn entry(name: &str, style: Option<LineStyle>) -> Entry<'_> {
+        let points = SUCCESS.map(|threshold| [threshold, 1.0 - threshold]).to_vec();
+        let tooltip = format!("{name} is here");
+        Entry { name, score: 0.5, style, width: None, tooltip, points, dots: Vec::new() }
+    }
+
+    fn success(entries: Vec<Entry>) -> Plot {
+        plot(&MEASURES[1], "success".into(), "Success".into(), entries).unwrap()
     }
 
     #[test]
     fn the_legend_names_some_lines_and_counts_the_others() {
-        let names: Vec<String> = ["ours & co", "b", "c", "d"].map(String::from).to_vec();
-        let plot = curves(&names, &[1.0, 0.5, 0.0]).plot();
+        let named = [("<ours> & co", LineStyle::FIRST), ("b", LineStyle::other(1, false))];
+        let named = named.map(|(name, style)| entry(name, Some(style)));
+        let plot = success(named.into_iter().chain(["c", "<d>"].map(|n| entry(n, None))).collect());
         let svg = plot.svg();
-        assert!(svg.contains(">ours &amp; co</text>") && svg.contains(">b</text>"));
+        assert!(svg.contains(">&lt;ours&gt; &amp; co</text>") && svg.contains(">b</text>"));
         assert!(!svg.contains(">c</text>") && svg.contains(">2 more</text>"));
+        assert!(svg.contains("<title>&lt;d&gt; is here</title>") && !svg.contains("<d>"));
         assert_eq!(svg.matches("[0.500]</text>").count(), 2);
-        assert_eq!(plot.csv().lines().nth(2), Some("0.5,0.500000,0.500000,0.500000,0.500000"));
+        let half = "0.5,0.500000,0.500000,0.500000,0.500000";
+        assert_eq!(plot.csv().lines().nth(11), Some(half));
         assert!(plot.png().unwrap().starts_with(b"\x89PNG"));
     }
 
     #[test]
     fn a_long_legend_increases_the_height() {
-        let names: Vec<String> = (0..30).map(|k| format!("tracker {k}")).collect();
-        let mut many = curves(&names, &[1.0, 0.5, 0.0]);
-        many.lines
-            .iter_mut()
-            .enumerate()
-            .for_each(|(k, line)| line.style = Some(LineStyle::other(k, false)));
-        assert!(many.plot().size[1] > curves(&names, &[1.0]).plot().size[1]);
+        let many = (0..30).map(|k| entry("tracker", Some(LineStyle::other(k, false)))).collect();
+        assert!(success(many).size[1] > success(vec![entry("tracker", None)]).size[1]);
     }
 }

@@ -1,16 +1,19 @@
 //! The plots of the report. Each can be embedded in the page or written as a file, and has a table
-//! with its numbers.
+//! with its numbers. A template beside this file draws it.
 
-mod chart;
+pub mod chart;
 pub mod curves;
 pub mod intervals;
 pub mod reliability;
 pub mod speed;
 pub mod timeline;
 
+use std::fmt::Write;
+
+use minijinja::{Environment, Value};
 use serde::{Serialize, Serializer};
 
-use super::svg::{self, Anchor, Svg};
+use super::svg;
 use crate::Error;
 use patchlock_track::text::as_cell;
 
@@ -23,7 +26,8 @@ pub struct Plot {
     pub title: String,
     /// The numbers; the first row has the names of the columns.
     pub table: Vec<Vec<String>>,
-    picture: Svg,
+    /// The elements of the image.
+    body: String,
     size: [f64; 2],
     /// Height of the part at the top that is cut off in the page, which has its own heading.
     head: f64,
@@ -32,12 +36,12 @@ pub struct Plot {
 impl Plot {
     /// The plot as an SVG element for the page.
     pub fn inline(&self) -> String {
-        self.picture.inline(self.size, self.head, &self.title)
+        svg::inline(&self.body, self.size, self.head, &self.title)
     }
 
     /// The plot as an SVG file.
     pub fn svg(&self) -> String {
-        self.picture.file(self.size)
+        svg::file(&self.body, self.size)
     }
 
     /// The plot as a PNG file.
@@ -59,6 +63,21 @@ impl Serialize for Plot {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.serialize_str(&self.inline())
     }
+}
+
+/// The elements of an image: what a template makes of the values.
+///
+/// # Errors
+/// [`Error::Picture`] if they do not match, which is a bug.
+fn drawn(template: &str, values: Value) -> Result<String, Error> {
+    let mut environment = Environment::new();
+    environment.add_filter("px", |pixels: f64| format!("{pixels:.1}"));
+    environment.add_filter("plain", svg::plain);
+    environment.add_function("fitted", svg::fitted);
+    let template = include_str!("parts.xml").to_string() + template;
+    // By this name, texts are escaped.
+    let body = environment.render_named_str("plot.xml", &template, values);
+    body.map_err(|error| Error::Picture { reason: format!("{error:#}") })
 }
 
 /// Formats rows as CSV. Cells with commas, quotes or line breaks are quoted. A text that a
@@ -89,13 +108,18 @@ impl Axis {
         self.pixels[0] + share * (self.pixels[1] - self.pixels[0])
     }
 
-    /// Draws a line from `left` to `right` at a value of this vertical axis, and the value left of it.
-    fn grid_line(self, svg: &mut Svg, value: f64, [left, right]: [f64; 2], font_size: f64) {
-        let y = self.at(value);
-        svg.line("grid", [left, y], [right, y]);
-        let label = format!("{value:.1}");
-        svg.text([left - 8.0, y + 4.0], font_size, "soft", Anchor::End, &label);
+    /// The axis as a function of templates.
+    fn function(self) -> Value {
+        Value::from_function(move |value: f64| self.at(value))
     }
+}
+
+/// Points of an image as the attribute `points`.
+fn points(all: impl Iterator<Item = [f64; 2]>) -> String {
+    all.fold(String::new(), |mut text, [x, y]| {
+        let _ = write!(text, "{x:.1},{y:.1} ");
+        text
+    })
 }
 
 /// The smallest of 1, 2, 5, 10, 20, 50, ... that is at least `least`, for the marks of an axis.
@@ -107,6 +131,35 @@ pub fn round_step(least: f64) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use minijinja::context;
+
+    fn plot(template: &str, values: Value) -> String {
+        svg::file(&drawn(template, values).unwrap(), [120.0, 30.0])
+    }
+
+    #[test]
+    fn text_is_escaped_and_drawn() {
+        let text = r#"{{ text(5, 20, 16, "ink", words) }}"#;
+        let file = plot(text, context! { words => "a<b & \"c\"\u{1}" });
+        assert!(file.contains("a&lt;b &amp; &quot;c&quot; </text>"));
+        let picture = svg::png(&file).unwrap();
+        let drawn = image::load_from_memory(&picture).unwrap().to_rgb8();
+        assert_eq!(drawn.dimensions(), (240, 60));
+        let dark = drawn.pixels().filter(|p| p.0[0] < 100).count();
+        assert!(dark > 100, "only {dark} dark pixels: the font is missing");
+    }
+
+    #[test]
+    fn long_names_are_small_before_they_are_shortened() {
+        let drawn = |name: &str| plot("{{ name(0, 0, 10, 120.4, n) }}", context! { n => name });
+        assert!(drawn(&"n".repeat(20)).contains("font-size=\"10.0\""));
+        let long = "n".repeat(33);
+        assert!(drawn(&long).contains("font-size=\"6.1\"") && drawn(&long).contains(&long));
+        let longer = drawn(&"<".repeat(300));
+        let few = "&lt;".repeat(16);
+        assert!(longer.contains(&format!("<title>{}</title>", "&lt;".repeat(300))), "{longer}");
+        assert!(longer.contains(&format!(">{few}…{few}</text>")));
+    }
 
     #[test]
     fn cells_with_special_characters_are_quoted() {

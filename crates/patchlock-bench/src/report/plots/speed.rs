@@ -1,8 +1,11 @@
 //! Plots accuracy against speed: one labelled point per tracker.
 
-use super::{Axis, Plot};
+use minijinja::context;
+
+use super::{Axis, Plot, drawn};
+use crate::Error;
 use crate::report::palette::LineStyle;
-use crate::report::svg::{Anchor, Svg, shorten, width};
+use crate::report::svg::{shorten, width};
 
 const SIZE: [f64; 2] = [716.0, 436.0];
 const LEFT: f64 = 58.0;
@@ -22,83 +25,53 @@ pub struct Point<'a> {
     pub style: LineStyle,
 }
 
-#[derive(Debug, Clone, PartialEq)]
-pub struct Speed<'a> {
-    pub title: String,
-    /// The trackers with known times, best first.
-    pub points: Vec<Point<'a>>,
-}
-
 /// Left, top, right, bottom.
 type Area = [f64; 4];
 
-impl Speed<'_> {
-    pub fn plot(self) -> Plot {
-        let mut svg = Svg::default();
-        svg.text([LEFT, 28.0], 16.0, "ink", Anchor::Start, &self.title);
-        let (x, y) = self.axes(&mut svg);
-        let position = |point: &Point| [x.at(point.fps.log10()), y.at(point.auc)];
-        let mut taken: Vec<Area> = self.points.iter().map(|p| around(position(p))).collect();
-        for point in &self.points {
-            let [px, py] = position(point);
-            svg.put(format_args!(
-                "<circle class=\"{}\" cx=\"{px:.1}\" cy=\"{py:.1}\" r=\"{RADIUS}\"/>",
-                point.style.fill()
-            ));
-            let name = shorten(point.name, NAME_LETTERS);
-            let area = free_area([px, py], width(&name, FONT_SIZE), &taken);
-            taken.push(area);
-            svg.text([area[0], area[3] - 4.0], FONT_SIZE, "ink", Anchor::Start, &name);
-        }
-        let (name, table) = ("speed".to_string(), self.table());
-        Plot { name, title: self.title, table, picture: svg, size: SIZE, head: 0.0 }
-    }
-
-    /// The speed axis in powers of ten, and the accuracy axis from 0 to a round number above all
-    /// points.
-    fn axes(&self, svg: &mut Svg) -> (Axis, Axis) {
-        let logs = || self.points.iter().map(|point| point.fps.log10());
-        let low = logs().fold(f64::INFINITY, f64::min).floor();
-        let high = logs().fold(f64::NEG_INFINITY, f64::max).ceil().max(low + 1.0);
-        let most = self.points.iter().map(|point| point.auc).fold(0.0, f64::max);
-        let top = ((most + 0.05) * 5.0).ceil().min(5.0) / 5.0;
-        let [right, bottom] = [SIZE[0] - RIGHT, SIZE[1] - BOTTOM];
-        let x = Axis { values: [low, high], pixels: [LEFT, right] };
-        let y = Axis { values: [0.0, top], pixels: [bottom, TOP] };
-        for tick in 0..=(top * 5.0).round() as usize {
-            y.grid_line(svg, tick as f64 / 5.0, x.pixels, 12.0);
-        }
-        for power in low as i32..=high as i32 {
-            for times in 1..10 {
-                let value = f64::from(times) * 10_f64.powi(power);
-                let at = x.at(value.log10());
-                if at > right + 0.5 {
-                    break;
-                }
-                // Every number has a mark, and 1, 2 and 5 have a line and a label.
-                let labelled = matches!(times, 1 | 2 | 5);
-                let end = if labelled { TOP } else { bottom + 5.0 };
-                svg.line(if labelled { "grid" } else { "axis" }, [at, bottom], [at, end]);
-                if labelled {
-                    svg.line("axis", [at, bottom], [at, bottom + 5.0]);
-                    let label = format!("{}", (value * 1e6).round() / 1e6);
-                    svg.text([at, bottom + 18.0], 12.0, "soft", Anchor::Middle, &label);
-                }
-            }
-        }
-        svg.line("axis", [LEFT, bottom], [right, bottom]);
-        let middle = (LEFT + right) / 2.0;
-        svg.text([middle, bottom + 40.0], 13.0, "soft", Anchor::Middle, "frames per second");
-        svg.text([LEFT, TOP - 8.0], 12.0, "soft", Anchor::Middle, "AUC");
-        (x, y)
-    }
-
-    fn table(&self) -> Vec<Vec<String>> {
-        let row =
-            |p: &Point| vec![p.name.to_string(), format!("{:.3}", p.fps), format!("{:.6}", p.auc)];
-        let head = ["tracker", "fps", "auc"].map(str::to_string).to_vec();
-        [head].into_iter().chain(self.points.iter().map(row)).collect()
-    }
+/// The plot of the trackers with known times, best first. The speed axis is in powers of ten, and
+/// the accuracy axis goes from 0 to a round number above all points.
+///
+/// # Errors
+/// [`Error::Picture`], which is a bug.
+pub fn plot(title: String, points: &[Point]) -> Result<Plot, Error> {
+    let logs = || points.iter().map(|point| point.fps.log10());
+    let low = logs().fold(f64::INFINITY, f64::min).floor();
+    let high = logs().fold(f64::NEG_INFINITY, f64::max).ceil().max(low + 1.0);
+    let most = points.iter().map(|point| point.auc).fold(0.0, f64::max);
+    let fifths = ((most + 0.05) * 5.0).ceil().min(5.0);
+    let [right, bottom] = [SIZE[0] - RIGHT, SIZE[1] - BOTTOM];
+    let x = Axis { values: [low, high], pixels: [LEFT, right] };
+    let y = Axis { values: [0.0, fifths / 5.0], pixels: [bottom, TOP] };
+    // Every number has a mark, and 1, 2 and 5 have a line and a label.
+    let ticks = (low as i32..=high as i32).flat_map(|power| {
+        (1..10).map(move |times| {
+            let value = f64::from(times) * 10_f64.powi(power);
+            let label = matches!(times, 1 | 2 | 5).then(|| (value * 1e6).round() / 1e6);
+            (value.log10(), label.map(|label| label.to_string()))
+        })
+    });
+    let ticks = ticks.filter(|(log, _)| x.at(*log) <= right + 0.5);
+    let ticks: Vec<_> = ticks.map(|(log, label)| context! { log, label }).collect();
+    let position = |point: &Point| [x.at(point.fps.log10()), y.at(point.auc)];
+    let mut taken: Vec<Area> = points.iter().map(|p| around(position(p))).collect();
+    let labelled = |point: &Point| {
+        let ([x, y], name) = (position(point), shorten(point.name, NAME_LETTERS));
+        let area = free_area([x, y], width(&name, FONT_SIZE), &taken);
+        taken.push(area);
+        context! { x, y, name, fill => point.style.fill(), left => area[0], bottom => area[3] }
+    };
+    let labelled: Vec<_> = points.iter().map(labelled).collect();
+    let values = context! {
+        left => LEFT, right, top => TOP, bottom, x => x.function(), y => y.function(),
+        radius => RADIUS, font_size => FONT_SIZE, title => &title, ticks, points => labelled,
+        shares => (0..=fifths as u32).map(|tick| f64::from(tick) / 5.0).collect::<Vec<_>>(),
+    };
+    let body = drawn(include_str!("speed.xml"), values)?;
+    let row =
+        |p: &Point| vec![p.name.to_string(), format!("{:.3}", p.fps), format!("{:.6}", p.auc)];
+    let head = ["tracker", "fps", "auc"].map(str::to_string).to_vec();
+    let table = [head].into_iter().chain(points.iter().map(row)).collect();
+    Ok(Plot { name: "speed".to_string(), title, table, body, size: SIZE, head: 0.0 })
 }
 
 /// The area that a point covers.
@@ -136,13 +109,13 @@ mod tests {
     #[test]
     fn labels_of_close_points_do_not_overlap() {
         let names: Vec<String> = (0..12).map(|k| format!("tracker {k}")).collect();
-        let points = names.iter().enumerate().map(|(k, name)| Point {
+        let all = names.iter().enumerate().map(|(k, name)| Point {
             name,
             fps: 20.0 + k as f64,
             auc: 0.5 + 0.002 * k as f64,
             style: LineStyle::FIRST,
         });
-        let plot = Speed { title: "t".into(), points: points.collect() }.plot();
+        let plot = plot("t".into(), &all.collect::<Vec<_>>()).unwrap();
         let mut taken = Vec::new();
         for k in 0..12 {
             let area = free_area([300.0 + f64::from(k), 200.0], 70.0, &taken);
@@ -158,7 +131,7 @@ mod tests {
     #[test]
     fn a_single_speed_still_has_an_axis() {
         let point = Point { name: "a", fps: 10.0, auc: 0.4, style: LineStyle::FIRST };
-        let svg = Speed { title: "t".into(), points: vec![point] }.plot().svg();
+        let svg = plot("t".into(), &[point]).unwrap().svg();
         for label in [">10</text>", ">20</text>", ">50</text>", ">100</text>"] {
             assert!(svg.contains(label), "{label}");
         }

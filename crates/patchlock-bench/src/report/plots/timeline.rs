@@ -5,11 +5,13 @@
 use std::fmt::Write;
 use std::ops::Range;
 
+use minijinja::{Value, context};
 use patchlock::Status;
 
-use super::{Axis, Plot, round_step};
+use super::{Axis, Plot, drawn, points, round_step};
+use crate::Error;
 use crate::report::palette::{self, LineStyle};
-use crate::report::svg::{Anchor, Svg, width};
+use crate::report::svg::width;
 
 const LEFT: f64 = 136.0;
 const WIDTH: f64 = 640.0;
@@ -39,99 +41,65 @@ pub struct Track<'a> {
     pub statuses: Option<Vec<Option<Status>>>,
 }
 
-#[derive(Debug, Clone, PartialEq)]
-pub struct Timeline<'a> {
-    /// Name of the plot's files, without extension.
-    pub file: String,
-    pub title: String,
-    /// The trackers; the first is drawn as a line.
-    pub tracks: Vec<Track<'a>>,
-    /// Ranges of frames in which the first tracker has lost the target.
-    pub failures: &'a [Range<usize>],
+/// The plot of some trackers, the first of which is drawn as a line. `failures` are the ranges of
+/// frames in which it has lost the target; `name` is that of the plot's files.
+///
+/// # Errors
+/// [`Error::Picture`], which is a bug.
+pub fn plot(
+    name: String,
+    title: String,
+    tracks: &[Track],
+    failures: &[Range<usize>],
+) -> Result<Plot, Error> {
+    let first = &tracks[0];
+    let statuses = first.statuses.as_ref();
+    let (right, bottom) = (LEFT + WIDTH, TOP + CHART);
+    let strips = bottom + statuses.map_or(0.0, |_| STATUS) + 14.0;
+    let frames = first.mean.len();
+    let x = Axis { values: [0.0, frames.max(1) as f64], pixels: [LEFT, right] };
+    let y = Axis { values: [0.0, 1.0], pixels: [bottom, TOP] };
+    let line = |run: &[(f64, f64)]| points(run.iter().map(|&(f, v)| [x.at(f), y.at(v)]));
+    let level = |values: &[f64]| palette::level(values.iter().sum::<f64>() / values.len() as f64);
+    let strip = |track: &Track| {
+        let levels = bars(x, palette::LEVEL_COUNT, &track.mean, level);
+        context! { name => track.name, auc => format!("{:.3}", track.auc), levels }
+    };
+    let class = |statuses: &[Status]| middle(statuses).map_or(0, |status| status as usize);
+    let values = context! {
+        left => LEFT, right, top => TOP, bottom, x => x.function(), y => y.function(),
+        strips, strip => STRIP, title => &title,
+        failures => failures.iter().map(|lost| (lost.start, lost.end)).collect::<Vec<_>>(),
+        look => first.style.line_with_width(1.7),
+        fill => first.style.fill(),
+        runs => runs(&first.mean, MAX_POINTS).iter().map(|run| line(run)).collect::<Vec<_>>(),
+        band => first.range.as_ref().map(|range| band(range, line)),
+        status_key => status_key(right - KEY),
+        statuses => statuses.map(|known| bars(x, palette::STATUS_COUNT, known, class)),
+        tracks => tracks.iter().map(strip).collect::<Vec<_>>(),
+        ticks => (0..frames).step_by(round_step(frames as f64 / 8.0)).collect::<Vec<_>>(),
+    };
+    let body = drawn(include_str!("timeline.xml"), values)?;
+    let size = [right + RIGHT, strips + STRIP * tracks.len() as f64 + 28.0];
+    Ok(Plot { name, title, table: table(tracks), body, size, head: HEAD })
 }
 
-impl Timeline<'_> {
-    pub fn plot(self) -> Plot {
-        let statuses = self.tracks.first().and_then(|track| track.statuses.as_ref());
-        let status_height = if statuses.is_some() { STATUS } else { 0.0 };
-        let strips = status_height + STRIP * self.tracks.len() as f64;
-        let size = [LEFT + WIDTH + RIGHT, TOP + CHART + 14.0 + strips + 28.0];
-        let mut svg = Svg::default();
-        svg.text([12.0, 24.0], 15.0, "ink", Anchor::Start, &self.title);
-        key(&mut svg, [LEFT + WIDTH, 24.0]);
-        let frames = self.tracks.first().map_or(0, |track| track.mean.len());
-        let x = Axis { values: [0.0, frames.max(1) as f64], pixels: [LEFT, LEFT + WIDTH] };
-        if let Some(first) = self.tracks.first() {
-            self.chart(&mut svg, x, first);
-        }
-        if let Some(statuses) = statuses {
-            status_key(&mut svg, [LEFT + WIDTH - KEY, 24.0]);
-            status_strip(&mut svg, x, TOP + CHART, statuses);
-        }
-        let mut y = TOP + CHART + status_height;
-        let right = LEFT + WIDTH + RIGHT - 12.0;
-        svg.text([right, y + 8.0], 11.0, "soft", Anchor::End, "AUC");
-        y += 14.0;
-        for track in &self.tracks {
-            strip(&mut svg, x, y, track);
-            y += STRIP;
-        }
-        ticks(&mut svg, x, y + 14.0, frames);
-        let table = self.table();
-        Plot { name: self.file, title: self.title, table, picture: svg, size, head: HEAD }
+fn table(tracks: &[Track]) -> Vec<Vec<String>> {
+    let names = tracks.iter().map(|track| track.name.to_string());
+    let mut table = vec![["frame".to_string()].into_iter().chain(names).collect::<Vec<_>>()];
+    let statuses = tracks[0].statuses.as_ref();
+    table[0].extend(statuses.map(|_| format!("status of {}", tracks[0].name)));
+    for frame in 0..tracks[0].mean.len() {
+        let cell = |track: &Track| match track.mean.get(frame).copied().flatten() {
+            Some(overlap) => format!("{overlap:.4}"),
+            None => String::new(),
+        };
+        let status = statuses.map(|statuses| statuses.get(frame).copied().flatten());
+        let status = status.map(|status| status.map_or_else(String::new, |s| s.to_string()));
+        let overlaps = tracks.iter().map(cell);
+        table.push([frame.to_string()].into_iter().chain(overlaps).chain(status).collect());
     }
-
-    fn chart(&self, svg: &mut Svg, x: Axis, track: &Track) {
-        let y = Axis { values: [0.0, 1.0], pixels: [TOP + CHART, TOP] };
-        for failure in self.failures {
-            let (from, to) = (x.at(failure.start as f64), x.at(failure.end as f64));
-            svg.rect("failed", [from, TOP], [(to - from).max(1.0), CHART]);
-        }
-        for value in [0.0, 0.5, 1.0] {
-            y.grid_line(svg, value, x.pixels, 11.0);
-        }
-        svg.text([12.0, y.at(0.5) + 4.0], 12.0, "soft", Anchor::Start, "overlap");
-        if let Some(range) = &track.range {
-            band(svg, x, y, track.style, range);
-        }
-        for run in runs(&track.mean, MAX_POINTS) {
-            let points: Vec<[f64; 2]> =
-                run.iter().map(|&(frame, v)| [x.at(frame), y.at(v)]).collect();
-            svg.polyline(&track.style.line_with_width(1.7), &points, track.name);
-        }
-    }
-
-    fn table(&self) -> Vec<Vec<String>> {
-        let names = self.tracks.iter().map(|track| track.name.to_string());
-        let mut table = vec![["frame".to_string()].into_iter().chain(names).collect::<Vec<_>>()];
-        let statuses = self.tracks.first().and_then(|track| track.statuses.as_ref());
-        table[0].extend(statuses.map(|_| format!("status of {}", self.tracks[0].name)));
-        for frame in 0..self.tracks.first().map_or(0, |track| track.mean.len()) {
-            let cell = |track: &Track| match track.mean.get(frame).copied().flatten() {
-                Some(overlap) => format!("{overlap:.4}"),
-                None => String::new(),
-            };
-            let status = statuses.map(|statuses| statuses.get(frame).copied().flatten());
-            let status = status.map(|status| status.map_or_else(String::new, |s| s.to_string()));
-            let overlaps = self.tracks.iter().map(cell);
-            table.push([frame.to_string()].into_iter().chain(overlaps).chain(status).collect());
-        }
-        table
-    }
-}
-
-/// The legend of the strip colours, right-aligned in the heading, since the page has a legend of
-/// its own.
-fn key(svg: &mut Svg, [right, y]: [f64; 2]) {
-    let (wide, left) = (18.0, right - 18.0 * (palette::LEVEL_COUNT + 1) as f64);
-    svg.text([left - 8.0, y], 11.5, "soft", Anchor::End, "overlap 0");
-    for level in 0..palette::LEVEL_COUNT {
-        let (x, middle) = (left + wide * level as f64, y - 4.0);
-        svg.put(format_args!(
-            "<path class=\"h{level}\" stroke-width=\"11\" d=\"M{x:.1} {middle:.1}h{wide}\"/>"
-        ));
-    }
-    svg.text([right - 10.0, y], 11.5, "soft", Anchor::Start, "1");
+    table
 }
 
 /// Splits values into runs without gaps, binned to at most `most` points. Each point is the middle
@@ -159,55 +127,26 @@ fn runs(values: &[Option<f64>], most: usize) -> Vec<Vec<(f64, f64)>> {
     runs
 }
 
-/// The area between minimum and maximum over seeds.
-fn band(svg: &mut Svg, x: Axis, y: Axis, style: LineStyle, range: &[Option<[f64; 2]>]) {
-    let part = |k: usize| -> Vec<Option<f64>> { range.iter().map(|r| r.map(|r| r[k])).collect() };
-    for (low, high) in runs(&part(0), MAX_POINTS).iter().zip(&runs(&part(1), MAX_POINTS)) {
-        let mut points = String::new();
-        for (frame, value) in high.iter().chain(low.iter().rev()) {
-            let _ = write!(points, "{:.1},{:.1} ", x.at(*frame), y.at(*value));
-        }
-        svg.put(format_args!(
-            "<polygon class=\"band {}\" points=\"{}\"/>",
-            style.fill(),
-            points.trim_end()
-        ));
-    }
+/// The areas between minimum and maximum over seeds.
+fn band(range: &[Option<[f64; 2]>], line: impl Fn(&[(f64, f64)]) -> String) -> Vec<String> {
+    let part =
+        |k: usize| runs(&range.iter().map(|r| r.map(|r| r[k])).collect::<Vec<_>>(), MAX_POINTS);
+    let (low, high) = (part(0), part(1));
+    let area = |(low, high): (&Vec<_>, &Vec<_>)| {
+        line(high) + &line(&low.iter().rev().copied().collect::<Vec<_>>())
+    };
+    low.iter().zip(&high).map(area).collect()
 }
 
-/// Draws the strip of a tracker: its name, overlaps as colours, and the AUC.
-fn strip(svg: &mut Svg, x: Axis, top: f64, track: &Track) {
-    let (middle, height) = (top + STRIP / 2.0, STRIP - 4.0);
-    svg.name([12.0, middle + 4.0], 11.5, LEFT - 20.0, track.name);
-    svg.rect("none", [LEFT, top + 2.0], [WIDTH, height]);
-    let level = |values: &[f64]| palette::level(values.iter().sum::<f64>() / values.len() as f64);
-    let runs = class_runs(&track.mean, level);
-    bars(svg, x, middle, height, ('h', palette::LEVEL_COUNT), &runs);
-    let auc = format!("{:.3}", track.auc);
-    svg.text([LEFT + WIDTH + RIGHT - 12.0, middle + 4.0], 11.5, "ink", Anchor::End, &auc);
-}
-
-/// The legend of the statuses, right-aligned in the heading.
-fn status_key(svg: &mut Svg, [right, y]: [f64; 2]) {
-    let mut x = right;
-    for (class, name) in Status::NAMES.iter().enumerate().rev() {
-        svg.text([x, y], 11.5, "soft", Anchor::End, name);
-        x -= width(name, 11.5) + 22.0;
-        let (middle, wide) = (y - 4.0, 16.0);
-        svg.put(format_args!(
-            "<path class=\"s{class}\" stroke-width=\"11\" d=\"M{x:.1} {middle:.1}h{wide}\"/>"
-        ));
-        x -= 10.0;
-    }
-}
-
-/// Draws the strip of the status below the chart that ends at `top`.
-fn status_strip(svg: &mut Svg, x: Axis, top: f64, statuses: &[Option<Status>]) {
-    let at = top + STATUS / 2.0 + 1.0;
-    svg.text([12.0, at + 4.0], 11.5, "soft", Anchor::Start, "status");
-    let class = |statuses: &[Status]| middle(statuses).map_or(0, |status| status as usize);
-    let runs = class_runs(statuses, class);
-    bars(svg, x, at, STATUS - 8.0, ('s', palette::STATUS_COUNT), &runs);
+/// The legend of the statuses, which ends at `right`.
+fn status_key(mut right: f64) -> Vec<Value> {
+    let entry = |(class, name): (usize, &&str)| {
+        let left = right - width(name, 11.5) - 22.0;
+        let entry = context! { class, name => *name, left, right };
+        right = left - 10.0;
+        entry
+    };
+    Status::NAMES.iter().enumerate().rev().map(entry).collect()
 }
 
 /// The middle one of some statuses, from tracked to lost; the worse of two. `None` without
@@ -220,26 +159,19 @@ pub fn middle(statuses: &[Status]) -> Option<Status> {
     all.into_iter().find(|&worst| up_to(worst) > statuses.len() / 2)
 }
 
-/// Draws ranges of frames as thick lines, each class in its colour: one path for each of the
-/// `count` classes, which are named by a letter and their number.
-fn bars(
-    svg: &mut Svg,
+/// The frames of each of `count` classes as the path of a thick line.
+fn bars<T: Copy>(
     x: Axis,
-    middle: f64,
-    height: f64,
-    (letter, count): (char, usize),
-    runs: &[(usize, Range<usize>)],
-) {
-    let mut paths: Vec<String> = vec![String::new(); count];
-    for (class, frames) in runs {
+    count: usize,
+    values: &[Option<T>],
+    class: impl Fn(&[T]) -> usize,
+) -> Vec<String> {
+    let mut paths = vec![String::new(); count];
+    for (class, frames) in class_runs(values, class) {
         let (from, to) = (x.at(frames.start as f64), x.at(frames.end as f64));
-        let _ = write!(paths[*class], "M{from:.1} {middle:.1}H{to:.1}");
+        let _ = write!(paths[class], "M{from:.1} 0H{to:.1}");
     }
-    for (class, path) in paths.iter().enumerate().filter(|(_, path)| !path.is_empty()) {
-        svg.put(format_args!(
-            "<path class=\"{letter}{class}\" stroke-width=\"{height}\" d=\"{path}\"/>"
-        ));
-    }
+    paths
 }
 
 /// Runs of adjacent bins of the same class, as ranges of frames. `class` is given the values of a
@@ -265,14 +197,6 @@ fn class_runs<T: Copy>(
         }
     }
     all
-}
-
-/// Draws frame numbers at round steps.
-fn ticks(svg: &mut Svg, x: Axis, y: f64, frames: usize) {
-    for frame in (0..frames).step_by(round_step(frames as f64 / 8.0)) {
-        svg.text([x.at(frame as f64), y], 11.0, "soft", Anchor::Middle, &frame.to_string());
-    }
-    svg.text([12.0, y], 11.0, "soft", Anchor::Start, "frame");
 }
 
 #[cfg(test)]
@@ -304,13 +228,7 @@ mod tests {
         let range = Some(vec![Some([0.9, 1.0]), None, Some([0.0, 0.5])]);
         let track =
             Track { name: "a", style: LineStyle::FIRST, mean, range, auc: 0.5, statuses: None };
-        let plot = Timeline {
-            file: "f".into(),
-            title: "t".into(),
-            tracks: vec![track],
-            failures: &[0..1, 2..3],
-        }
-        .plot();
+        let plot = plot("f".into(), "t".into(), &[track], &[0..1, 2..3]).unwrap();
         assert_eq!(plot.csv(), "frame,a\n0,1.0000\n1,\n2,0.2500\n");
         assert!(
             plot.svg().matches("class=\"failed\"").count() == 2
@@ -324,15 +242,13 @@ mod tests {
         let (mean, statuses) = (vec![Some(1.0), None, Some(0.0)], Some(statuses));
         let track =
             Track { name: "a", style: LineStyle::FIRST, mean, range: None, auc: 0.5, statuses };
-        let timeline =
-            Timeline { file: "f".into(), title: "t".into(), tracks: vec![track], failures: &[] };
-        let plot = timeline.plot();
+        let plot = plot("f".into(), "t".into(), &[track], &[]).unwrap();
         let svg = plot.svg();
         assert_eq!(plot.csv(), "frame,a,status of a\n0,1.0000,tracked\n1,,lost\n2,0.0000,lost\n");
         assert!(svg.contains(">status</text>") && svg.contains(">uncertain</text>"));
         assert_eq!(svg.matches("class=\"s1\"").count(), 1, "only in the legend");
         // The second and third of three frames are the right two thirds of the strip.
-        let lost = "class=\"s2\" stroke-width=\"10\" d=\"M349.3 140.0H776.0\"";
+        let lost = "stroke-width=\"10\" transform=\"translate(0 140.0)\" d=\"M349.3 0H776.0\"";
         assert!(svg.contains(lost), "{svg}");
     }
 
