@@ -94,7 +94,7 @@ fn find_file(
     };
     let cannot = |error: &dyn std::fmt::Display| Error::unreadable(path.display(), error);
     let mut plain = plain_file::open(path).map_err(|error| match error {
-        OpenError::Endless => Error::Endless { path: path.to_path_buf() },
+        OpenError::Endless => Error::Endless(path.display().to_string()),
         OpenError::File(error) => cannot(&error),
     })?;
     let head = plain.read(playlist::HEAD as u64).map_err(|error| cannot(&error))?;
@@ -115,7 +115,7 @@ fn find_file(
         return Ok(OpenedSource::source(ImageSequence::single(path)?.within(limits)));
     }
     if is_playlist(&head) {
-        return Err(Error::Playlist { path: path.to_path_buf() });
+        return Err(Error::Playlist(path.display().to_string()));
     }
     if !mp4_reader::looks_like_mp4(&head) {
         return others("is not an image, MP4 or Y4M file", None);

@@ -22,8 +22,8 @@ impl ImageSequence {
     pub fn folder(folder: &Path) -> Result<Self, Error> {
         let files = visible_files(folder)?.into_iter().filter(|file| is_image(file)).collect();
         let images = Self::sorted(files, || {
-            let inner = image_subfolder(folder);
-            Error::NoImages { folder: folder.to_path_buf(), inner }
+            let inner = image_subfolder(folder).map(|inner| inner.display().to_string());
+            Error::NoImages { folder: folder.display().to_string(), inner }
         })?;
         let Some((first, second)) = same_number(&images.files) else { return Ok(images) };
         let part = match first.extension() == second.extension() {
@@ -104,7 +104,10 @@ impl FrameSource for ImageSequence {
             LoadError::TooLarge(size) => {
                 Error::TooLarge { what: format!("frame {index}, {}", file.display()), size }
             }
-            reason => Error::Image { index, file: file.clone(), reason },
+            error => {
+                let (file, reason) = (file.display().to_string(), error.to_string());
+                Error::Image { index, file, reason }
+            }
         })
     }
 }

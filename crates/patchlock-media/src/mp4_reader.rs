@@ -151,7 +151,7 @@ impl Mp4 {
         let mut file = File::open(path).map_err(|error| broken(error.to_string()))?;
         let bytes = file.metadata().map_err(|error| broken(error.to_string()))?.len();
         let Some(track) = mp4_index::read(&mut file, bytes).map_err(broken)? else {
-            return Err(OpenError::Broken(Error::NoVideo { name }));
+            return Err(OpenError::Broken(Error::NoVideo(name)));
         };
         if track.fragmented {
             return Err(OpenError::Codec("a fragmented video".into()));

@@ -194,8 +194,8 @@ pub fn spooled(
 fn spool(input: &mut impl BufRead, name: &str) -> Result<File, Error> {
     let folder = std::env::temp_dir();
     let no_room = |error: io::Error| {
-        let reason = without_path(&error).unwrap_or(error);
-        Error::StreamCopy { name: name.to_string(), folder: folder.clone(), reason }
+        let reason = without_path(&error).unwrap_or(error).to_string();
+        Error::StreamCopy { name: name.to_string(), folder: folder.display().to_string(), reason }
     };
     let mut file = tempfile::tempfile_in(&folder).map_err(no_room)?;
     loop {

@@ -193,7 +193,7 @@ impl Session {
                 };
                 Ok(Ok(OpenedSource::ForFfmpeg { reason, times }))
             }
-            Reply::Failed(wire_error) => Ok(Err(wire_error.into())),
+            Reply::Failed(error) => Ok(Err(error)),
             Reply::Frame { .. } | Reply::End => Err(nonsense()),
         }
     }
@@ -202,7 +202,7 @@ impl Session {
         let (width, height, kind, time) = match self.ask(&Request::Frame(index))? {
             Reply::Frame { width, height, kind, time } => (width, height, kind, time),
             Reply::End => return Ok(Ok(None)),
-            Reply::Failed(wire_error) => return Ok(Err(wire_error.into())),
+            Reply::Failed(error) => return Ok(Err(error)),
             Reply::Opened(_) | Reply::ForFfmpeg { .. } => return Err(nonsense()),
         };
         if width == 0 || height == 0 || limits.check(width, height).is_err() {
@@ -301,7 +301,6 @@ mod tests {
     use super::*;
     use crate::confine::tests::files_are_kept;
     use crate::open_within;
-    use crate::sandbox::wire_error::WireError;
 
     const HELLO: &str = "printf 'patchlock helper'";
 
@@ -423,9 +422,8 @@ mod tests {
         };
         let frame = |width, height| Reply::Frame { width, height, kind: Kind::Rgb8, time: None };
         let times = Reply::ForFfmpeg { reason: "is odd".into(), times: Some(1 << 40) };
-        let path = OsString::from("a");
-        let wire_error = Reply::Failed(WireError::Endless { path });
-        assert_eq!(said(slice::from_ref(&wire_error), &[]), "a is a pipe or a device, not a file");
+        let failed = Reply::Failed(Error::Endless("a".into()));
+        assert_eq!(said(slice::from_ref(&failed), &[]), "a is a pipe or a device, not a file");
         let lies: [(&[Reply], &[u8]); 7] = [
             (&[opened(usize::MAX)], &[]),
             (&[times], &[]),

@@ -8,8 +8,7 @@ use std::io::{self, IoSlice, Read, Write};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use super::wire_error::WireError;
-use crate::{FrameRate, Note};
+use crate::{Error, FrameRate, Note};
 
 /// The first bytes of a helper, before it has opened anything.
 pub const HELLO: [u8; 16] = *b"patchlock helper";
@@ -39,7 +38,7 @@ pub enum Reply {
         time: Option<f64>,
     },
     End,
-    Failed(WireError),
+    Failed(Error),
 }
 
 /// What is known of a source once it is open.
