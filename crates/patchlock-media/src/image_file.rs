@@ -141,7 +141,8 @@ pub fn decode_within(bytes: &[u8], limits: Limits) -> Result<Picture, LoadError>
 /// [`LoadError`] if the list of the pages is damaged.
 pub(crate) fn pages(file: &Path) -> Result<Vec<u64>, LoadError> {
     let plain = plain_file::open(file)?;
-    Ok(tiff_pages::find(Box::new(BufReader::new(plain.file)), plain.length)?)
+    let source = Box::new(BufReader::new(plain.file));
+    Ok(guard::decoding(|| tiff_pages::find(source, plain.length))??)
 }
 
 /// Reads the page of a TIFF that begins here, as [`load_within`] reads an image.
