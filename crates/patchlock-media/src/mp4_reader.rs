@@ -337,7 +337,7 @@ impl Mp4 {
     /// Checks what a stored picture would make the decoder do. It may hold parameter sets of its
     /// own.
     fn check(&mut self, stream: &[u8]) -> Result<(), Fault> {
-        let pictures = h264::units(stream).filter(|unit| h264::begins_picture(unit)).count();
+        let pictures = h264::units(stream).iter().filter(|unit| h264::begins_picture(unit)).count();
         if pictures > limits::PICTURES_PER_SAMPLE {
             return Err(DAMAGED);
         }
@@ -490,10 +490,11 @@ fn rate(track: &Track) -> Option<FrameRate> {
 
 /// The last parameter set in a stream. All are checked, since pictures may use any of them.
 fn stream_info(stream: &[u8], limits: &Limits) -> Result<Option<StreamInfo>, Fault> {
-    let sets = h264::units(stream).filter(|u| h264::unit_type(u) == Some(h264::PARAMETER_SET));
+    let sets =
+        h264::units(stream).into_iter().filter(|u| h264::unit_type(u) == Some(h264::PARAMETER_SET));
     let mut last = None;
     for set in sets {
-        let Some(info) = h264::parse(set) else {
+        let Ok(info) = h264::parse(set) else {
             return Err(Fault::Kind("H.264 without a readable parameter set".into()));
         };
         supported(&info, limits)?;
