@@ -4,7 +4,7 @@ use std::io::Cursor;
 use std::num::NonZeroU32;
 
 use patchlock_media::{
-    FrameRate, FrameSource, Mp4Writer, Picture, image_file, open_without_ffmpeg, open_y4m,
+    FrameRate, FrameSource, Limits, Mp4Writer, Picture, image_file, open_without_ffmpeg, open_y4m,
 };
 use shiguredo_mp4::boxes::{Avc1Box, AvccBox, SampleEntry, VisualSampleEntryFields};
 use shiguredo_mp4::mux::{Mp4FileMuxer, Sample};
@@ -54,7 +54,7 @@ pub fn images(data: &[u8]) {
     let file = scratch.file("image.png", data);
     let size = accepted(image_file::size(&file));
     let loaded = accepted(image_file::load(&file));
-    let decoded = accepted(image_file::decode(data));
+    let decoded = accepted(image_file::decode(data, Limits::default()));
     assert_eq!(loaded, decoded);
     if let Some(read) = decoded {
         picture(&read);

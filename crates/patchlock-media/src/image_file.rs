@@ -99,39 +99,23 @@ fn orientation_of(decoder: &mut impl ImageDecoder) -> Orientation {
 /// # Errors
 /// [`LoadError`].
 pub fn load(file: &Path) -> Result<Picture, LoadError> {
-    load_within(file, Limits::default())
+    load_from(plain_file::open(file)?, Limits::default())
 }
 
-/// Reads an image as [`load`] does, with other limits.
-///
-/// # Errors
-/// [`LoadError`].
-pub fn load_within(file: &Path, limits: Limits) -> Result<Picture, LoadError> {
-    load_from(plain_file::open(file)?, limits)
-}
-
-/// Reads an open file as [`load_within`] does.
+/// Reads an open file as [`load`] does, with other limits.
 ///
 /// # Errors
 /// [`LoadError`].
 pub fn load_from(mut plain: PlainFile, limits: Limits) -> Result<Picture, LoadError> {
     let bytes = plain.read(limits::image_bytes(limits.pixels as u64))?;
-    decode_within(&bytes, limits)
+    decode(&bytes, limits)
 }
 
-/// Decodes the bytes of an image file, as [`load`] does.
+/// Decodes the bytes of an image file, as [`load_from`] does.
 ///
 /// # Errors
 /// [`LoadError`].
-pub fn decode(bytes: &[u8]) -> Result<Picture, LoadError> {
-    decode_within(bytes, Limits::default())
-}
-
-/// Decodes the bytes of an image file, as [`load_within`] does.
-///
-/// # Errors
-/// [`LoadError`].
-pub fn decode_within(bytes: &[u8], limits: Limits) -> Result<Picture, LoadError> {
+pub fn decode(bytes: &[u8], limits: Limits) -> Result<Picture, LoadError> {
     guard::decoding(|| decode_unguarded(bytes, limits))?
 }
 
@@ -145,7 +129,7 @@ pub(crate) fn pages(file: &Path) -> Result<Vec<u64>, LoadError> {
     Ok(guard::decoding(|| tiff_pages::find(source, plain.length))??)
 }
 
-/// Reads the page of a TIFF that begins here, as [`load_within`] reads an image.
+/// Reads the page of a TIFF that begins here, as [`load_from`] reads an image.
 ///
 /// # Errors
 /// [`LoadError`].

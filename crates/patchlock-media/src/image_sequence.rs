@@ -6,7 +6,7 @@ use std::{fs, io};
 
 use crate::image_file::{self, LoadError, is_image};
 use crate::limits::Limits;
-use crate::{Error, FrameRate, FrameSource, Picture, natural_order};
+use crate::{Error, FrameRate, FrameSource, Picture, natural_order, plain_file};
 
 /// A list of image files, one per frame.
 pub struct ImageSequence {
@@ -97,7 +97,8 @@ impl FrameSource for ImageSequence {
             (Some(&page), Some(file)) => (file, image_file::load_page(file, page, self.limits)),
             _ => {
                 let Some(file) = self.files.get(index) else { return Ok(None) };
-                (file, image_file::load_within(file, self.limits))
+                let plain = plain_file::open(file).map_err(LoadError::from);
+                (file, plain.and_then(|plain| image_file::load_from(plain, self.limits)))
             }
         };
         picture.map(Some).map_err(|reason| match reason {

@@ -153,7 +153,7 @@ impl Session {
         };
         let mut child = confine::spawn(&mut command, &policy)?;
         let (input, output) = (child.stdin.take(), child.stdout.take());
-        let process = ChildGuard::leader(child);
+        let process = ChildGuard::new(child);
         let (Some(input), Some(output)) = (input, output) else {
             return Err(io::Error::other("it has no pipes"));
         };
