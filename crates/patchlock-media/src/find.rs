@@ -8,7 +8,7 @@ use image::ImageFormat;
 use crate::image_sequence::{ImageSequence, Pattern};
 use crate::limits::Limits;
 use crate::mp4_reader::{self, Mp4};
-use crate::plain_file::{self, OpenError};
+use crate::plain_file::{self, is_endless};
 use crate::playlist::{self, is_playlist};
 use crate::webp_animation::{self, WebpAnimation};
 use crate::{
@@ -93,9 +93,9 @@ fn find_file(
         Ok(OpenedSource::ForFfmpeg { reason, times })
     };
     let cannot = |error: &dyn std::fmt::Display| Error::unreadable(path.display(), error);
-    let mut plain = plain_file::open(path).map_err(|error| match error {
-        OpenError::Endless => Error::Endless(path.display().to_string()),
-        OpenError::File(error) => cannot(&error),
+    let mut plain = plain_file::open(path).map_err(|error| match is_endless(&error) {
+        true => Error::Endless(path.display().to_string()),
+        false => cannot(&error),
     })?;
     let head = plain.read(playlist::HEAD as u64).map_err(|error| cannot(&error))?;
     if head.is_empty() {

@@ -7,9 +7,9 @@ use image::metadata::Orientation;
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
 
 use crate::guard::{self, DecoderPanic};
-use crate::image_parts::{self, PartsError};
+use crate::image_parts;
 use crate::limits::{self, Limits, SizeLimitError};
-use crate::plain_file::{self, OpenError, PlainFile};
+use crate::plain_file::{self, PlainFile};
 use crate::tiff_pages::{self, Page};
 use crate::{Picture, Pixels, orientation};
 
@@ -19,12 +19,9 @@ pub const EXTENSIONS: &[&str] = &["jpg", "jpeg", "png", "tif", "tiff", "bmp", "w
 /// Why an image cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum LoadError {
-    /// The file cannot be read.
+    /// The file cannot be opened or read, or is not a file.
     #[error("{0}")]
     File(#[from] std::io::Error),
-    /// The file cannot be opened, or is not a file.
-    #[error("{0}")]
-    Open(#[from] OpenError),
     /// The file is empty.
     #[error("the file is empty")]
     Empty,
@@ -45,7 +42,7 @@ pub enum LoadError {
     Several(usize),
     /// A picture within the image does not fit it.
     #[error("{0}")]
-    Parts(#[from] PartsError),
+    Parts(String),
 }
 
 /// What images are read from. Decoders are generic: each further type would compile all of them again.

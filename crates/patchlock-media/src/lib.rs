@@ -60,7 +60,6 @@ pub use child::stop_decoders;
 pub use error::{Container, Error, FrameFault, without_path};
 pub use feed::Feed;
 pub use guard::{DecoderPanic, silence_decoders};
-pub use image_parts::PartsError;
 pub use limits::{Limits, MOST_FRAMES, SizeLimitError};
 pub use mp4_writer::Mp4Writer;
 pub use note::Note;
