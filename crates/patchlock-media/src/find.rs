@@ -35,8 +35,25 @@ impl OpenedSource {
     }
 }
 
-/// Opens what this crate reads. Announced frames of it may be decoded by `program`.
-pub fn find(
+/// Opens what this crate reads, with decoders that may panic. Announced frames of it may be decoded by
+/// `program`.
+pub fn find_guarded(
+    name: &OsStr,
+    reverse: bool,
+    limits: Limits,
+    program: Option<ffmpeg::Program>,
+) -> Result<OpenedSource, Error> {
+    let shown = name.display().to_string();
+    let found = guard::decoding(|| find(name, reverse, limits, program));
+    match found.map_err(|panic| Error::unreadable(&shown, panic))?? {
+        OpenedSource::Source(source) => {
+            Ok(OpenedSource::source(PanicGuard { source, name: shown }))
+        }
+        found => Ok(found),
+    }
+}
+
+fn find(
     name: &OsStr,
     reverse: bool,
     limits: Limits,
@@ -58,24 +75,6 @@ pub fn find(
     match images_of(name) {
         Some(images) => Ok(OpenedSource::source(images?.within(limits))),
         None => Err(Error::Missing { name: name.display().to_string() }),
-    }
-}
-
-/// The same with decoders that may panic.
-#[cfg(target_os = "linux")]
-pub fn find_guarded(
-    name: &OsStr,
-    reverse: bool,
-    limits: Limits,
-    program: ffmpeg::Program,
-) -> Result<OpenedSource, Error> {
-    let shown = name.display().to_string();
-    let found = guard::decoding(|| find(name, reverse, limits, Some(program)));
-    match found.map_err(|panic| Error::unreadable(&shown, panic))?? {
-        OpenedSource::Source(source) => {
-            Ok(OpenedSource::source(PanicGuard { source, name: shown }))
-        }
-        found => Ok(found),
     }
 }
 
@@ -140,11 +139,9 @@ pub fn images_of(name: &OsStr) -> Option<Result<ImageSequence, Error>> {
 }
 
 /// A source whose decoder may panic.
-pub struct PanicGuard {
-    /// The source.
-    pub source: Box<dyn FrameSource>,
-    /// Its name, for errors.
-    pub name: String,
+struct PanicGuard {
+    source: Box<dyn FrameSource>,
+    name: String,
 }
 
 impl FrameSource for PanicGuard {

@@ -64,7 +64,7 @@ pub use limits::{Limits, MOST_FRAMES, SizeLimitError};
 pub use mp4_writer::Mp4Writer;
 pub use note::Note;
 #[doc(hidden)]
-pub use open::open_without_ffmpeg;
+pub use open::open_by;
 pub use open::{files_of, open, open_within};
 pub use order::{Order, RangeError};
 pub use picture::{Picture, Pixels};

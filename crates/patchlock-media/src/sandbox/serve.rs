@@ -33,7 +33,7 @@ pub fn serve() -> io::Result<()> {
     });
     let limits = Limits { pixels, helper: None };
     let program = ffmpeg::Program { is_of_group: true, ..ffmpeg::Program::default() };
-    let mut source = match find_guarded(&name, reverse, limits, program) {
+    let mut source = match find_guarded(&name, reverse, limits, Some(program)) {
         Ok(OpenedSource::Source(source)) => source,
         Ok(OpenedSource::ForFfmpeg { reason, times }) => {
             let reply = Reply::ForFfmpeg { reason, times: times.as_ref().map(Vec::len) };
