@@ -25,6 +25,7 @@ mod confine;
 mod error;
 mod external_encoder;
 #[cfg(all(test, target_os = "linux"))]
+#[path = "../tests/support/fake_ffmpeg.rs"]
 mod fake_ffmpeg;
 mod feed;
 mod ffmpeg;
