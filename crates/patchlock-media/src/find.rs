@@ -12,7 +12,7 @@ use crate::plain_file::{self, is_endless};
 use crate::playlist::{self, is_playlist};
 use crate::webp_animation::{self, WebpAnimation};
 use crate::{
-    Error, FrameFault, FrameRate, FrameSource, Note, Picture, ffmpeg, guard, image_file,
+    Error, FrameFault, FrameSource, Note, Picture, SourceInfo, ffmpeg, guard, image_file,
     image_parts, y4m,
 };
 
@@ -145,16 +145,8 @@ struct PanicGuard {
 }
 
 impl FrameSource for PanicGuard {
-    fn length(&self) -> Option<usize> {
-        self.source.length()
-    }
-
-    fn rate(&self) -> Option<FrameRate> {
-        self.source.rate()
-    }
-
-    fn has_sound(&self) -> bool {
-        self.source.has_sound()
+    fn info(&self) -> SourceInfo {
+        self.source.info()
     }
 
     fn notes(&mut self) -> Vec<Note> {

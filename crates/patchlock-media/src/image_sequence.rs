@@ -6,7 +6,7 @@ use std::{fs, io};
 
 use crate::image_file::{self, LoadError, is_image};
 use crate::limits::Limits;
-use crate::{Error, FrameRate, FrameSource, Picture, natural_order, plain_file};
+use crate::{Error, FrameSource, Picture, SourceInfo, natural_order, plain_file};
 
 /// A list of image files, one per frame.
 pub struct ImageSequence {
@@ -84,12 +84,8 @@ impl ImageSequence {
 }
 
 impl FrameSource for ImageSequence {
-    fn length(&self) -> Option<usize> {
-        Some(self.files.len().max(self.pages.len()))
-    }
-
-    fn rate(&self) -> Option<FrameRate> {
-        None
+    fn info(&self) -> SourceInfo {
+        SourceInfo { length: Some(self.files.len().max(self.pages.len())), ..SourceInfo::default() }
     }
 
     fn frame(&mut self, index: usize) -> Result<Option<Picture>, Error> {

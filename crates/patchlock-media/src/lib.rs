@@ -73,7 +73,7 @@ pub use prefetch::{NextFrame, Prefetcher};
 pub use sandbox::Helper;
 #[cfg(target_os = "linux")]
 pub use sandbox::serve::serve;
-pub use source::{FrameRate, FrameSource};
+pub use source::{FrameRate, FrameSource, SourceInfo};
 
 /// Y4M from any reader, as [`open`] reads standard input. Only for fuzzing, and no part of the
 /// public interface.

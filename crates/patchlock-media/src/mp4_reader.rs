@@ -22,7 +22,8 @@ use crate::limits::{self, Limits, SizeLimitError};
 use crate::mp4_edits::PresentedFrame;
 use crate::mp4_index::{self, Sample, Track};
 use crate::{
-    Container, Error, FrameFault, FrameRate, FrameSource, Note, Picture, guard, orientation,
+    Container, Error, FrameFault, FrameRate, FrameSource, Note, Picture, SourceInfo, guard,
+    orientation,
 };
 
 use by_ffmpeg::ExternalReader;
@@ -398,16 +399,8 @@ impl Mp4 {
 }
 
 impl FrameSource for Mp4 {
-    fn length(&self) -> Option<usize> {
-        Some(self.frames.len())
-    }
-
-    fn rate(&self) -> Option<FrameRate> {
-        self.rate
-    }
-
-    fn has_sound(&self) -> bool {
-        self.sound
+    fn info(&self) -> SourceInfo {
+        SourceInfo { length: Some(self.frames.len()), rate: self.rate, sound: self.sound }
     }
 
     fn notes(&mut self) -> Vec<Note> {

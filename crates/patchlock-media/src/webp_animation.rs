@@ -8,7 +8,7 @@ use image_webp::WebPDecoder;
 
 use crate::image_file::{LoadError, Source};
 use crate::limits::{self, Limits};
-use crate::{Error, FrameRate, FrameSource, Picture, image_parts, plain_file};
+use crate::{Error, FrameRate, FrameSource, Picture, SourceInfo, image_parts, plain_file};
 
 /// Whether a file with these first bytes is an animated WebP.
 pub fn is_animated(head: &[u8]) -> bool {
@@ -75,14 +75,13 @@ fn damaged(error: image_webp::DecodingError) -> LoadError {
 }
 
 impl FrameSource for WebpAnimation {
-    fn length(&self) -> Option<usize> {
-        Some(self.decoder.num_frames() as usize)
-    }
-
-    /// The average.
-    fn rate(&self) -> Option<FrameRate> {
-        let milliseconds = u32::try_from(self.decoder.loop_duration()).ok()?;
-        FrameRate::new(self.decoder.num_frames().checked_mul(1000)?, milliseconds)
+    fn info(&self) -> SourceInfo {
+        let frames = self.decoder.num_frames();
+        let milliseconds = u32::try_from(self.decoder.loop_duration()).ok();
+        // The average.
+        let rate = frames.checked_mul(1000).zip(milliseconds);
+        let rate = rate.and_then(|(frames, time)| FrameRate::new(frames, time));
+        SourceInfo { length: Some(frames as usize), rate, sound: false }
     }
 
     fn frame(&mut self, index: usize) -> Result<Option<Picture>, Error> {

@@ -6,7 +6,9 @@ use std::path::Path;
 
 use crate::colour::{self, Colour, Matrix, Planes};
 use crate::limits::{self, Limits};
-use crate::{Container, Error, FrameFault, FrameRate, FrameSource, Picture, Pixels, without_path};
+use crate::{
+    Container, Error, FrameFault, FrameRate, FrameSource, Picture, Pixels, SourceInfo, without_path,
+};
 
 /// The first bytes of every Y4M stream.
 pub const MAGIC: &[u8] = b"YUV4MPEG2";
@@ -255,12 +257,8 @@ impl<R: Read> Y4mStream<R> {
 }
 
 impl<R: Read + Send> FrameSource for Y4mStream<R> {
-    fn length(&self) -> Option<usize> {
-        None
-    }
-
-    fn rate(&self) -> Option<FrameRate> {
-        self.header.rate
+    fn info(&self) -> SourceInfo {
+        SourceInfo { rate: self.header.rate, ..SourceInfo::default() }
     }
 
     fn frame(&mut self, index: usize) -> Result<Option<Picture>, Error> {
@@ -317,12 +315,8 @@ impl Y4mFile {
 }
 
 impl FrameSource for Y4mFile {
-    fn length(&self) -> Option<usize> {
-        Some(self.offsets.len())
-    }
-
-    fn rate(&self) -> Option<FrameRate> {
-        self.stream.rate()
+    fn info(&self) -> SourceInfo {
+        SourceInfo { length: Some(self.offsets.len()), ..self.stream.info() }
     }
 
     fn frame(&mut self, index: usize) -> Result<Option<Picture>, Error> {

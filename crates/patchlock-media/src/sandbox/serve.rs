@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{self, Write};
 use std::os::fd::AsFd;
 
-use super::wire::{self, Kind, Reply, Request, SourceInfo};
+use super::wire::{self, Kind, Reply, Request};
 use crate::find::{OpenedSource, find_guarded};
 use crate::{Error, Limits, Picture, Pixels, ffmpeg, guard};
 
@@ -43,9 +43,8 @@ pub fn serve() -> io::Result<()> {
         }
         Err(error) => return wire::send(&mut output, &Reply::Failed(error), &[]),
     };
-    let (length, rate, sound) = (source.length(), source.rate(), source.has_sound());
-    let info = SourceInfo { length, rate, sound, notes: source.notes() };
-    wire::send(&mut output, &Reply::Opened(info), &[])?;
+    let (info, notes) = (source.info(), source.notes());
+    wire::send(&mut output, &Reply::Opened { info, notes }, &[])?;
     loop {
         match wire::receive(&mut input) {
             Ok(Request::Announce { first, span }) => source.announce(first, span),

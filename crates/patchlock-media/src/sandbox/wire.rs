@@ -8,7 +8,7 @@ use std::io::{self, IoSlice, Read, Write};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use crate::{Error, FrameRate, Note};
+use crate::{Error, Note, SourceInfo};
 
 /// The first bytes of a helper, before it has opened anything.
 pub const HELLO: [u8; 16] = *b"patchlock helper";
@@ -24,7 +24,10 @@ pub enum Request {
 
 #[derive(Serialize, Deserialize)]
 pub enum Reply {
-    Opened(SourceInfo),
+    Opened {
+        info: SourceInfo,
+        notes: Vec<Note>,
+    },
     /// So many times follow, if there are any.
     ForFfmpeg {
         reason: String,
@@ -39,15 +42,6 @@ pub enum Reply {
     },
     End,
     Failed(Error),
-}
-
-/// What is known of a source once it is open.
-#[derive(Serialize, Deserialize)]
-pub struct SourceInfo {
-    pub length: Option<usize>,
-    pub rate: Option<FrameRate>,
-    pub sound: bool,
-    pub notes: Vec<Note>,
 }
 
 /// What pixels are.
