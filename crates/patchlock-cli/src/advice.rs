@@ -28,8 +28,7 @@ pub fn media_message(error: &patchlock_media::Error) -> String {
             format!("cannot read {name} to its end, which --reverse needs: {reason}")
         }
         Error::StreamCopy { name, folder, reason } => format!(
-            "cannot copy {name} to a temporary file in {}, which --reverse needs: {reason}",
-            folder.display()
+            "cannot copy {name} to a temporary file in {folder}, which --reverse needs: {reason}"
         ),
         error => error.to_string(),
     }
@@ -56,7 +55,7 @@ pub fn media_hint(error: &patchlock_media::Error) -> Option<String> {
             "name a folder of images, a pattern such as img/%04d.jpg, a glob, a video file, an address \
              such as rtsp://host/path, the number of a camera, or - for Y4M on stdin"
         }
-        Error::Endless { .. } => {
+        Error::Endless(_) => {
             "a program can write Y4M to standard input: PROGRAM | patchlock track - ...; of cameras, \
              only /dev/video0, /dev/video1 and so on are known"
         }

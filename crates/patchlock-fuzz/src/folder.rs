@@ -8,7 +8,7 @@ use std::sync::LazyLock;
 use arbitrary::{Arbitrary, Unstructured};
 use image::{DynamicImage, ImageFormat, RgbImage};
 use patchlock::BoundingBox;
-use patchlock_media::{image_file, open_without_ffmpeg};
+use patchlock_media::{Limits, image_file, open_by};
 use patchlock_studio::export as studio_export;
 use patchlock_studio::project::{Edit, LABELS_FILE, SharedLabels, Store};
 use patchlock_track::export::{self, Entry, Format, Track};
@@ -272,7 +272,7 @@ fn read(folder: &Path) {
     let entries = fs::read_dir(folder).expect("is a folder").map(|entry| entry.expect("is there"));
     let entries: Vec<PathBuf> = entries.map(|entry| entry.path()).collect();
     for path in entries.iter().map(PathBuf::as_path).chain([folder]) {
-        if let Some(mut source) = accepted(open_without_ffmpeg(path, false)) {
+        if let Some(mut source) = accepted(open_by(path.as_ref(), false, Limits::default(), None)) {
             for k in 0..FRAMES {
                 let Some(Some(frame)) = accepted(source.frame(k)) else { break };
                 picture(&frame);
@@ -330,7 +330,9 @@ fn belongs_to_the_folder(out: &Path) {
         };
         assert!(!bytes.windows(SECRET.len()).any(|part| part == SECRET), "{}", path.display());
         let near = |rgb: &[u8]| rgb.iter().zip(COLOUR).all(|(a, b)| a.abs_diff(b) < 32);
-        let image = image_file::decode(&bytes).ok().map(|image| image.to_rgb().into_owned());
+        let image = image_file::decode(&bytes, Limits::default())
+            .ok()
+            .map(|image| image.to_rgb().into_owned());
         let is_outside = image.is_some_and(|image| image.chunks_exact(3).all(near));
         assert!(!is_outside, "{} was copied from outside", path.display());
     }

@@ -4,7 +4,7 @@ use std::io::Cursor;
 use std::num::NonZeroU32;
 
 use patchlock_media::{
-    FrameRate, FrameSource, Mp4Writer, Picture, image_file, open_without_ffmpeg, open_y4m,
+    FrameRate, FrameSource, Limits, Mp4Writer, Picture, image_file, open_by, open_y4m,
 };
 use shiguredo_mp4::boxes::{Avc1Box, AvccBox, SampleEntry, VisualSampleEntryFields};
 use shiguredo_mp4::mux::{Mp4FileMuxer, Sample};
@@ -54,7 +54,7 @@ pub fn images(data: &[u8]) {
     let file = scratch.file("image.png", data);
     let size = accepted(image_file::size(&file));
     let loaded = accepted(image_file::load(&file));
-    let decoded = accepted(image_file::decode(data));
+    let decoded = accepted(image_file::decode(data, Limits::default()));
     assert_eq!(loaded, decoded);
     if let Some(read) = decoded {
         picture(&read);
@@ -68,7 +68,7 @@ fn video(name: &str, bytes: &[u8], reverse: bool) {
     patchlock_media::silence_decoders();
     let scratch = Scratch::new();
     let file = scratch.file(name, bytes);
-    match open_without_ffmpeg(&file, reverse) {
+    match open_by(file.as_ref(), reverse, Limits::default(), None) {
         Ok(source) => frames(source, reverse),
         Err(error) => not_ours(&said(error)),
     }
@@ -133,7 +133,7 @@ fn written_again(frames: &[Picture]) {
     let file = writer.finish().expect("what was read can be written").into_inner();
     let scratch = Scratch::new();
     let path = scratch.file("again.mp4", &file);
-    let again = open_without_ffmpeg(&path, false);
+    let again = open_by(path.as_ref(), false, Limits::default(), None);
     let mut again = again.expect("what was written can be opened");
     assert_eq!(again.length(), Some(frames.len()));
     for k in 0..frames.len() {

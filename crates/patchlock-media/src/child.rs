@@ -17,39 +17,23 @@ const PAUSE: Duration = Duration::from_millis(5);
 
 /// All running processes. The thread that reads from one may still wait for it when the program
 /// ends, and then drops nothing.
-static RUNNING: Mutex<Vec<Arc<Mutex<Process>>>> = Mutex::new(Vec::new());
+static RUNNING: Mutex<Vec<Arc<Mutex<Child>>>> = Mutex::new(Vec::new());
 
-/// A process that was started.
-struct Process {
-    child: Child,
-    /// Whether it leads a group of processes, which end with it.
-    leads: bool,
-}
-
-/// A running process; it is killed when this is dropped.
-pub struct ChildGuard(Arc<Mutex<Process>>);
+/// A running process; it is killed when this is dropped. On Linux, what the leader of its
+/// [own process group](own_process_group) has started itself ends with it.
+pub struct ChildGuard(Arc<Mutex<Child>>);
 
 impl ChildGuard {
     pub fn new(child: Child) -> Self {
-        Self::of(Process { child, leads: false })
-    }
-
-    /// The leader of its [own process group](own_process_group). What it has started itself ends with it.
-    #[cfg(target_os = "linux")]
-    pub fn leader(child: Child) -> Self {
-        Self::of(Process { child, leads: true })
-    }
-
-    fn of(process: Process) -> Self {
-        let process = Arc::new(Mutex::new(process));
-        locked(&RUNNING).push(Arc::clone(&process));
-        Self(process)
+        let child = Arc::new(Mutex::new(child));
+        locked(&RUNNING).push(Arc::clone(&child));
+        Self(child)
     }
 
     /// Waits for the end of a process that has closed its output.
     pub fn end(&self, timeout: Duration) -> io::Result<ExitStatus> {
         for _ in 0..=timeout.as_millis() / PAUSE.as_millis() {
-            if let Some(status) = locked(&self.0).child.try_wait()? {
+            if let Some(status) = locked(&self.0).try_wait()? {
                 return Ok(status);
             }
             thread::sleep(PAUSE);
@@ -93,16 +77,14 @@ pub fn stop_decoders() {
     }
 }
 
-fn stop(process: &mut Process) -> io::Result<ExitStatus> {
-    if process.leads {
-        kill_group(&process.child);
-    }
+fn stop(child: &mut Child) -> io::Result<ExitStatus> {
+    kill_group(child);
     // If it has exited already, both calls change nothing.
-    let _ = process.child.kill();
-    process.child.wait()
+    let _ = child.kill();
+    child.wait()
 }
 
-/// Kills the group that a process leads. Its number is that of no other group as long as nobody has
+/// Kills the group that a process leads, if any. Its number is that of no other group as long as nobody has
 /// waited for the process.
 #[cfg(target_os = "linux")]
 fn kill_group(leader: &Child) {

@@ -1,11 +1,10 @@
 //! Errors of reading and writing frames.
 
 use std::io;
-use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use crate::image_file::{EXTENSIONS, LoadError};
+use crate::image_file::EXTENSIONS;
 use crate::limits::SizeLimitError;
 use crate::live;
 use crate::order::RangeError;
@@ -14,7 +13,7 @@ const CONVERT: &str = "convert the video to an MP4 with 8-bit 4:2:0 H.264 (yuv42
 
 /// An error of this crate. The message states what is wrong, with the value and what is allowed.
 /// [`Error::advice`] is for users of any front end; what names an option is worded by the front end.
-#[derive(Debug, thiserror::Error)]
+#[derive(Debug, thiserror::Error, Serialize, Deserialize)]
 pub enum Error {
     /// The range of frames is invalid, or does not fit the source.
     #[error(transparent)]
@@ -25,18 +24,12 @@ pub enum Error {
         /// The name as given.
         name: String,
     },
-    /// The source is a pipe or a device, which may never end.
-    #[error("{} is a pipe or a device, not a file", path.display())]
-    Endless {
-        /// The path.
-        path: PathBuf,
-    },
-    /// The source is an address of a protocol that is not known.
-    #[error("{name} is not an address that can be opened: only {}", live::schemes())]
-    Scheme {
-        /// The address, without its password.
-        name: String,
-    },
+    /// The source of this path is a pipe or a device, which may never end.
+    #[error("{0} is a pipe or a device, not a file")]
+    Endless(String),
+    /// The source is an address, here without its password, of a protocol that is not known.
+    #[error("{} is not an address that can be opened: only {}", .0, live::schemes())]
+    Scheme(String),
     /// A live source that cannot be opened.
     #[error("cannot open {name}: {reason}")]
     NotLive {
@@ -63,19 +56,16 @@ pub enum Error {
         /// Why it stopped, and how often it was tried again.
         reason: String,
     },
-    /// The source is a playlist or another file that names files, which are not opened.
-    #[error("{} is a list of files or addresses, not a video; what it names is not opened", path.display())]
-    Playlist {
-        /// The path.
-        path: PathBuf,
-    },
+    /// The source of this path is a playlist or another file that names files, which are not opened.
+    #[error("{0} is a list of files or addresses, not a video; what it names is not opened")]
+    Playlist(String),
     /// A folder has no images.
-    #[error("no images in the folder {}", folder.display())]
+    #[error("no images in the folder {folder}")]
     NoImages {
         /// The folder.
-        folder: PathBuf,
+        folder: String,
         /// The first of its subfolders that has images.
-        inner: Option<PathBuf>,
+        inner: Option<String>,
     },
     /// No file matches a pattern or a glob.
     #[error("no {} {pattern}", if *is_glob { "image matches" } else { "file matches the pattern" })]
@@ -85,12 +75,9 @@ pub enum Error {
         /// Whether it is a glob, as opposed to a pattern with a number, such as `img/%04d.jpg`.
         is_glob: bool,
     },
-    /// A file has no video.
-    #[error("there is no video in {name}, only audio or other data")]
-    NoVideo {
-        /// The file.
-        name: String,
-    },
+    /// The file of this name has no video.
+    #[error("there is no video in {0}, only audio or other data")]
+    NoVideo(String),
     /// The source has no frames.
     #[error("the source has no frames")]
     NoFrames,
@@ -111,10 +98,10 @@ pub enum Error {
         limit: usize,
     },
     /// The source takes ffmpeg to read, which is not installed.
-    #[error("{} {reason}; reading it needs ffmpeg, which is not on the PATH", path.display())]
+    #[error("{path} {reason}; reading it needs ffmpeg, which is not on the PATH")]
     FfmpegMissing {
         /// The source.
-        path: PathBuf,
+        path: String,
         /// Why ffmpeg is needed, with the path as the subject: `holds VP9 video`.
         reason: String,
     },
@@ -130,14 +117,14 @@ pub enum Error {
     },
     /// An image file that is a frame cannot be read. [`Error::TooLarge`] is for one with too many
     /// pixels.
-    #[error("cannot read frame {index}, {}: {reason}", file.display())]
+    #[error("cannot read frame {index}, {file}: {reason}")]
     Image {
         /// Index of the frame.
         index: usize,
         /// The file.
-        file: PathBuf,
+        file: String,
         /// The reason.
-        reason: LoadError,
+        reason: String,
     },
     /// A frame of a video cannot be read. Earlier frames are not affected.
     #[error("cannot {} frame {index} of {name}: {reason}", fault.verb())]
@@ -170,19 +157,19 @@ pub enum Error {
     },
     /// A stream cannot be copied to a temporary file, which reverse order requires.
     #[error(
-        "cannot copy {name} to a temporary file in {}, which reverse order needs: {reason}",
-        folder.display()
+        "cannot copy {name} to a temporary file in {folder}, which reverse order needs: {reason}"
     )]
     StreamCopy {
         /// The stream.
         name: String,
         /// The folder of temporary files.
-        folder: PathBuf,
+        folder: String,
         /// The error of the operating system.
-        reason: io::Error,
+        reason: String,
     },
     /// A video cannot be written. The caller knows the name of the file.
     #[error(transparent)]
+    #[serde(skip)]
     Write(#[from] io::Error),
     /// A frame cannot be encoded.
     #[error("{0}")]
@@ -249,10 +236,7 @@ impl Error {
         let advice = match self {
             Self::Range(error) => return error.advice(),
             Self::NoImages { inner: Some(inner), .. } => {
-                return Some(format!(
-                    "the folder {} has images: name that folder instead",
-                    inner.display()
-                ));
+                return Some(format!("the folder {inner} has images: name that folder instead"));
             }
             Self::NoImages { inner: None, .. } => {
                 return Some(format!("the image formats are {}", EXTENSIONS.join(", ")));
@@ -261,8 +245,8 @@ impl Error {
             Self::NoMatch { is_glob: false, .. } => {
                 "%d stands for a number, %04d for one padded to four digits"
             }
-            Self::NoVideo { .. } => "name a file with a video",
-            Self::Playlist { .. } => {
+            Self::NoVideo(_) => "name a file with a video",
+            Self::Playlist(_) => {
                 "name the video itself; ffmpeg -i LIST OUT.mp4 makes one of a list that you trust"
             }
             Self::FfmpegMissing { reason, .. } if reason == Self::LIVE => "install ffmpeg",
@@ -277,7 +261,7 @@ impl Error {
             Self::Frame { fault: FrameFault::Unsupported, .. } | Self::DecoderEnded { .. } => {
                 CONVERT
             }
-            Self::Scheme { .. } => "name a file by its path, without file://",
+            Self::Scheme(_) => "name a file by its path, without file://",
             Self::NotLive { is_camera: true, .. } => {
                 "check that the camera is connected, that no other program uses it, and that you may \
                  read it; on Linux, cameras are /dev/video0, /dev/video1 and so on"
@@ -294,7 +278,7 @@ impl Error {
                 "make room there, or set TMPDIR to a folder with room for the uncompressed video"
             }
             Self::Missing { .. }
-            | Self::Endless { .. }
+            | Self::Endless(_)
             | Self::NoFrames
             | Self::TooLarge { .. }
             | Self::TooManyPixels { .. }

@@ -8,11 +8,11 @@ use image::ImageFormat;
 use crate::image_sequence::{ImageSequence, Pattern};
 use crate::limits::Limits;
 use crate::mp4_reader::{self, Mp4};
-use crate::plain_file::{self, OpenError};
+use crate::plain_file::{self, is_endless};
 use crate::playlist::{self, is_playlist};
 use crate::webp_animation::{self, WebpAnimation};
 use crate::{
-    Error, FrameFault, FrameRate, FrameSource, Note, Picture, ffmpeg, guard, image_file,
+    Error, FrameFault, FrameSource, Note, Picture, SourceInfo, ffmpeg, guard, image_file,
     image_parts, y4m,
 };
 
@@ -35,8 +35,25 @@ impl OpenedSource {
     }
 }
 
-/// Opens what this crate reads. Announced frames of it may be decoded by `program`.
-pub fn find(
+/// Opens what this crate reads, with decoders that may panic. Announced frames of it may be decoded by
+/// `program`.
+pub fn find_guarded(
+    name: &OsStr,
+    reverse: bool,
+    limits: Limits,
+    program: Option<ffmpeg::Program>,
+) -> Result<OpenedSource, Error> {
+    let shown = name.display().to_string();
+    let found = guard::decoding(|| find(name, reverse, limits, program));
+    match found.map_err(|panic| Error::unreadable(&shown, panic))?? {
+        OpenedSource::Source(source) => {
+            Ok(OpenedSource::source(PanicGuard { source, name: shown }))
+        }
+        found => Ok(found),
+    }
+}
+
+fn find(
     name: &OsStr,
     reverse: bool,
     limits: Limits,
@@ -61,24 +78,6 @@ pub fn find(
     }
 }
 
-/// The same with decoders that may panic.
-#[cfg(target_os = "linux")]
-pub fn find_guarded(
-    name: &OsStr,
-    reverse: bool,
-    limits: Limits,
-    program: ffmpeg::Program,
-) -> Result<OpenedSource, Error> {
-    let shown = name.display().to_string();
-    let found = guard::decoding(|| find(name, reverse, limits, Some(program)));
-    match found.map_err(|panic| Error::unreadable(&shown, panic))?? {
-        OpenedSource::Source(source) => {
-            Ok(OpenedSource::source(PanicGuard { source, name: shown }))
-        }
-        found => Ok(found),
-    }
-}
-
 /// Bytes of a PNG in which an animation says that it is one.
 const PNG_HEAD: u64 = 1 << 16;
 
@@ -93,9 +92,9 @@ fn find_file(
         Ok(OpenedSource::ForFfmpeg { reason, times })
     };
     let cannot = |error: &dyn std::fmt::Display| Error::unreadable(path.display(), error);
-    let mut plain = plain_file::open(path).map_err(|error| match error {
-        OpenError::Endless => Error::Endless { path: path.to_path_buf() },
-        OpenError::File(error) => cannot(&error),
+    let mut plain = plain_file::open(path).map_err(|error| match is_endless(&error) {
+        true => Error::Endless(path.display().to_string()),
+        false => cannot(&error),
     })?;
     let head = plain.read(playlist::HEAD as u64).map_err(|error| cannot(&error))?;
     if head.is_empty() {
@@ -115,7 +114,7 @@ fn find_file(
         return Ok(OpenedSource::source(ImageSequence::single(path)?.within(limits)));
     }
     if is_playlist(&head) {
-        return Err(Error::Playlist { path: path.to_path_buf() });
+        return Err(Error::Playlist(path.display().to_string()));
     }
     if !mp4_reader::looks_like_mp4(&head) {
         return others("is not an image, MP4 or Y4M file", None);
@@ -140,24 +139,14 @@ pub fn images_of(name: &OsStr) -> Option<Result<ImageSequence, Error>> {
 }
 
 /// A source whose decoder may panic.
-pub struct PanicGuard {
-    /// The source.
-    pub source: Box<dyn FrameSource>,
-    /// Its name, for errors.
-    pub name: String,
+struct PanicGuard {
+    source: Box<dyn FrameSource>,
+    name: String,
 }
 
 impl FrameSource for PanicGuard {
-    fn length(&self) -> Option<usize> {
-        self.source.length()
-    }
-
-    fn rate(&self) -> Option<FrameRate> {
-        self.source.rate()
-    }
-
-    fn has_sound(&self) -> bool {
-        self.source.has_sound()
+    fn info(&self) -> SourceInfo {
+        self.source.info()
     }
 
     fn notes(&mut self) -> Vec<Note> {

@@ -2,7 +2,12 @@
 //! library does not report: whether it can decode the stream at all, what memory it would need, the
 //! crop at the left and top, and the colour encoding.
 
-use std::iter;
+use rusty_h264_common::bit_reader::{BitReader, OutOfData};
+use rusty_h264_common::nal::emulation_unprevent;
+
+/// The NAL units of a stream in which each follows a start code, divided as the decoder does: a start
+/// code within a unit also begins a unit.
+pub use rusty_h264_common::nal::split_annex_b as units;
 
 /// Type of the NAL units that hold a sequence parameter set.
 pub const PARAMETER_SET: u8 = 7;
@@ -11,21 +16,6 @@ pub const PARAMETER_SET: u8 = 7;
 const SLICES: [u8; 2] = [1, 5];
 /// Side of a macroblock in pixels.
 const MACROBLOCK: usize = 16;
-
-/// The NAL units of a stream in which each follows a start code, divided as decoders do: a start
-/// code within a unit also begins a unit.
-pub fn units(stream: &[u8]) -> impl Iterator<Item = &[u8]> {
-    let mut rest = after_start_code(stream);
-    iter::from_fn(move || {
-        let unit = rest?;
-        rest = after_start_code(unit);
-        Some(&unit[..unit.len() - rest.map_or(0, |rest| rest.len() + 3)])
-    })
-}
-
-fn after_start_code(data: &[u8]) -> Option<&[u8]> {
-    data.windows(3).position(|three| three == [0, 0, 1]).map(|at| &data[at + 3..])
-}
 
 /// The type of a NAL unit; `None` if it is empty.
 pub fn unit_type(unit: &[u8]) -> Option<u8> {
@@ -41,21 +31,21 @@ pub fn begins_picture(unit: &[u8]) -> bool {
 /// Whether no other picture needs these units: none is a parameter set or a part of a reference.
 pub fn is_disposable(stream: &[u8]) -> bool {
     const REFERENCE_BITS: u8 = 0x60;
-    units(stream).all(|unit| unit.first().is_none_or(|header| header & REFERENCE_BITS == 0))
+    units(stream).iter().all(|unit| unit.first().is_none_or(|header| header & REFERENCE_BITS == 0))
 }
 
 /// Whether no part of a picture refers to another picture.
 pub fn is_intra(stream: &[u8]) -> bool {
     // I and SI; each type has a second number, for pictures of which all slices are of it.
     const INTRA: [u32; 4] = [2, 4, 7, 9];
-    let slices = units(stream).filter(|unit| unit_type(unit) == Some(SLICES[0]));
+    let slices = units(stream).into_iter().filter(|unit| unit_type(unit) == Some(SLICES[0]));
     let mut types = slices.map(|unit| {
-        let head = without_emulation_prevention(unit.get(1..unit.len().min(32))?);
-        let mut bits = BitReader { data: &head, at: 0 };
-        bits.ue()?; // first_mb_in_slice
-        bits.ue()
+        let head = emulation_unprevent(unit.get(1..unit.len().min(32)).unwrap_or_default());
+        let mut bits = BitReader::new(&head);
+        bits.read_ue()?; // first_mb_in_slice
+        bits.read_ue()
     });
-    types.all(|kind| kind.is_some_and(|kind| INTRA.contains(&kind)))
+    types.all(|kind| kind.is_ok_and(|kind| INTRA.contains(&kind)))
 }
 
 /// Properties of a stream that must be known before it is decoded.
@@ -100,167 +90,113 @@ impl StreamInfo {
     }
 }
 
-/// Parses a sequence parameter set NAL unit, header byte included. `None` if it is truncated, or
+/// Parses a sequence parameter set NAL unit, header byte included. An error if it is truncated, or
 /// crops more than there is.
-pub fn parse(nal: &[u8]) -> Option<StreamInfo> {
-    let rbsp = without_emulation_prevention(nal.get(1..)?);
-    let mut bits = BitReader { data: &rbsp, at: 0 };
+pub fn parse(nal: &[u8]) -> Result<StreamInfo, OutOfData> {
+    let rbsp = emulation_unprevent(nal.get(1..).unwrap_or_default());
+    let mut bits = BitReader::new(&rbsp);
     let mut info = StreamInfo { chroma_format: 1, bit_depth: 8, ..StreamInfo::default() };
-    let profile = bits.take(8)?;
-    bits.take(16)?; // constraint flags, level
-    bits.ue()?; // seq_parameter_set_id
+    let profile = bits.read_bits(8)?;
+    bits.read_bits(16)?; // constraint flags, level
+    bits.read_ue()?; // seq_parameter_set_id
     if matches!(profile, 100 | 110 | 122 | 244 | 44 | 83 | 86 | 118 | 128 | 138 | 139 | 134 | 135) {
         high_profile(&mut bits, &mut info)?;
     }
     picture_order(&mut bits)?;
-    info.references = bits.ue()? as usize;
-    bits.take(1)?; // gaps allowed
-    info.width = (bits.ue()? as usize + 1) * MACROBLOCK;
-    let map_units = bits.ue()? as usize + 1;
-    let frames_only = bits.flag()?;
+    info.references = bits.read_ue()? as usize;
+    bits.read_bit()?; // gaps allowed
+    info.width = (bits.read_ue()? as usize + 1) * MACROBLOCK;
+    let map_units = bits.read_ue()? as usize + 1;
+    let frames_only = bits.read_bit()?;
     info.height = map_units * if frames_only { 1 } else { 2 } * MACROBLOCK;
-    info.mixed_interlace = !frames_only && bits.flag()?;
-    bits.take(1)?; // direct 8x8 inference
-    if bits.flag()? {
+    info.mixed_interlace = !frames_only && bits.read_bit()?;
+    bits.read_bit()?; // direct 8x8 inference
+    if bits.read_bit()? {
         let unit_y = if info.chroma_format == 1 { 2 } else { 1 } * if frames_only { 1 } else { 2 };
         let unit_x = if matches!(info.chroma_format, 1 | 2) { 2 } else { 1 };
-        info.crop_left = bits.ue()? as usize * unit_x;
-        info.crop_right = bits.ue()? as usize * unit_x; // the decoder crops right and bottom itself
-        info.crop_top = bits.ue()? as usize * unit_y;
-        info.crop_bottom = bits.ue()? as usize * unit_y;
+        info.crop_left = bits.read_ue()? as usize * unit_x;
+        info.crop_right = bits.read_ue()? as usize * unit_x; // the decoder crops right and bottom itself
+        info.crop_top = bits.read_ue()? as usize * unit_y;
+        info.crop_bottom = bits.read_ue()? as usize * unit_y;
         let crop = [info.crop_left + info.crop_right, info.crop_top + info.crop_bottom];
         if crop[0] >= info.width || crop[1] >= info.height {
-            return None;
+            return Err(OutOfData);
         }
     }
-    if bits.flag()? {
+    if bits.read_bit()? {
         // A parameter set may end within the optional VUI; what was read so far is still valid.
         let _ = usability_information(&mut bits, &mut info);
     }
-    Some(info)
+    Ok(info)
 }
 
-fn high_profile(bits: &mut BitReader<'_>, info: &mut StreamInfo) -> Option<()> {
-    info.chroma_format = bits.ue()?;
+fn high_profile(bits: &mut BitReader<'_>, info: &mut StreamInfo) -> Result<(), OutOfData> {
+    info.chroma_format = bits.read_ue()?;
     if info.chroma_format == 3 {
-        bits.take(1)?; // separate colour planes
+        bits.read_bit()?; // separate colour planes
     }
-    info.bit_depth = 8 + bits.ue()?.max(bits.ue()?);
-    bits.take(1)?; // lossless bypass
-    if bits.flag()? {
+    info.bit_depth = 8 + bits.read_ue()?.max(bits.read_ue()?);
+    bits.read_bit()?; // lossless bypass
+    if bits.read_bit()? {
         let lists = if info.chroma_format == 3 { 12 } else { 8 };
         for list in 0..lists {
-            if bits.flag()? {
+            if bits.read_bit()? {
                 skip_scaling_list(bits, if list < 6 { 16 } else { 64 })?;
             }
         }
     }
-    Some(())
+    Ok(())
 }
 
-fn skip_scaling_list(bits: &mut BitReader<'_>, size: usize) -> Option<()> {
+fn skip_scaling_list(bits: &mut BitReader<'_>, size: usize) -> Result<(), OutOfData> {
     let (mut last, mut next) = (8_i64, 8_i64);
     for _ in 0..size {
         if next != 0 {
-            next = (last + i64::from(bits.se()?)).rem_euclid(256);
+            next = (last + i64::from(bits.read_se()?)).rem_euclid(256);
         }
         if next != 0 {
             last = next;
         }
     }
-    Some(())
+    Ok(())
 }
 
-fn picture_order(bits: &mut BitReader<'_>) -> Option<()> {
-    bits.ue()?; // bits of frame_num
-    match bits.ue()? {
+fn picture_order(bits: &mut BitReader<'_>) -> Result<(), OutOfData> {
+    bits.read_ue()?; // bits of frame_num
+    match bits.read_ue()? {
         0 => {
-            bits.ue()?;
+            bits.read_ue()?;
         }
         1 => {
-            bits.take(1)?;
-            bits.se()?;
-            bits.se()?;
-            for _ in 0..bits.ue()?.min(255) {
-                bits.se()?;
+            bits.read_bit()?;
+            bits.read_se()?;
+            bits.read_se()?;
+            for _ in 0..bits.read_ue()?.min(255) {
+                bits.read_se()?;
             }
         }
         _ => {}
     }
-    Some(())
+    Ok(())
 }
 
-fn usability_information(bits: &mut BitReader<'_>, info: &mut StreamInfo) -> Option<()> {
+fn usability_information(bits: &mut BitReader<'_>, info: &mut StreamInfo) -> Result<(), OutOfData> {
     const EXTENDED_ASPECT: u32 = 255;
-    if bits.flag()? && bits.take(8)? == EXTENDED_ASPECT {
-        bits.take(32)?;
+    if bits.read_bit()? && bits.read_bits(8)? == EXTENDED_ASPECT {
+        bits.read_bits(32)?;
     }
-    if bits.flag()? {
-        bits.take(1)?; // overscan
+    if bits.read_bit()? {
+        bits.read_bit()?; // overscan
     }
-    if bits.flag()? {
-        bits.take(3)?; // video format
-        info.full_range = Some(bits.flag()?);
-        if bits.flag()? {
-            bits.take(16)?; // primaries, transfer
-            info.matrix = Some(bits.take(8)?);
+    if bits.read_bit()? {
+        bits.read_bits(3)?; // video format
+        info.full_range = Some(bits.read_bit()?);
+        if bits.read_bit()? {
+            bits.read_bits(16)?; // primaries, transfer
+            info.matrix = Some(bits.read_bits(8)?);
         }
     }
-    Some(())
-}
-
-fn without_emulation_prevention(data: &[u8]) -> Vec<u8> {
-    let mut clean = Vec::with_capacity(data.len());
-    let mut zeros = 0;
-    for &byte in data {
-        if zeros >= 2 && byte == 3 {
-            zeros = 0;
-            continue;
-        }
-        zeros = if byte == 0 { zeros + 1 } else { 0 };
-        clean.push(byte);
-    }
-    clean
-}
-
-struct BitReader<'a> {
-    data: &'a [u8],
-    at: usize,
-}
-
-impl BitReader<'_> {
-    fn take(&mut self, count: usize) -> Option<u32> {
-        let mut value = 0_u64;
-        for _ in 0..count {
-            let byte = *self.data.get(self.at / 8)?;
-            value = value << 1 | u64::from(byte >> (7 - self.at % 8) & 1);
-            self.at += 1;
-        }
-        u32::try_from(value).ok()
-    }
-
-    fn flag(&mut self) -> Option<bool> {
-        Some(self.take(1)? == 1)
-    }
-
-    /// Unsigned Exp-Golomb code.
-    fn ue(&mut self) -> Option<u32> {
-        let mut zeros = 0;
-        while !self.flag()? {
-            zeros += 1;
-            if zeros > 31 {
-                return None;
-            }
-        }
-        Some((1_u32 << zeros) - 1 + self.take(zeros)?)
-    }
-
-    /// Signed Exp-Golomb code.
-    fn se(&mut self) -> Option<i32> {
-        let code = i64::from(self.ue()?);
-        let magnitude = (code + 1) / 2;
-        i32::try_from(if code % 2 == 1 { magnitude } else { -magnitude }).ok()
-    }
+    Ok(())
 }
 
 #[cfg(test)]
@@ -322,24 +258,24 @@ mod tests {
             parse(&pack(&fields))
         };
         assert_eq!(set(5).expect("4 columns are left").crop_left, 2);
-        assert_eq!(set(7), None, "16 columns less 2 and 14");
-        assert_eq!(set(1 << 30), None);
+        assert_eq!(set(7), Err(OutOfData), "16 columns less 2 and 14");
+        assert_eq!(set(1 << 30), Err(OutOfData));
     }
 
     #[test]
     fn units_are_divided_at_every_start_code() {
         let stream = [9, 0, 0, 0, 1, 0x65, 0x88, 1, 0, 0, 1, 0x67, 0, 0, 1];
-        let found: Vec<&[u8]> = units(&stream).collect();
-        assert_eq!(found, [&[0x65, 0x88, 1][..], &[0x67], &[]]);
+        let found = units(&stream);
+        assert_eq!(found, [&[0x65, 0x88, 1][..], &[0x67]]);
         assert_eq!(unit_type(found[1]), Some(PARAMETER_SET));
         assert!(begins_picture(found[0]) && !begins_picture(found[1]) && !begins_picture(&[0x41]));
-        assert_eq!(units(&[1, 2]).count(), 0);
+        assert!(units(&[1, 2]).is_empty());
     }
 
     #[test]
-    fn a_truncated_parameter_set_is_none() {
+    fn a_truncated_parameter_set_is_an_error() {
         for length in 0..8 {
-            assert_eq!(parse(&[0x67, 100, 0, 30, 0xac, 0xd9, 0x40, 0x50][..length]), None);
+            assert!(parse(&[0x67, 100, 0, 30, 0xac, 0xd9, 0x40, 0x50][..length]).is_err());
         }
     }
 }

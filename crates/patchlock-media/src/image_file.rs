@@ -7,9 +7,9 @@ use image::metadata::Orientation;
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
 
 use crate::guard::{self, DecoderPanic};
-use crate::image_parts::{self, PartsError};
+use crate::image_parts;
 use crate::limits::{self, Limits, SizeLimitError};
-use crate::plain_file::{self, OpenError, PlainFile};
+use crate::plain_file::{self, PlainFile};
 use crate::tiff_pages::{self, Page};
 use crate::{Picture, Pixels, orientation};
 
@@ -19,12 +19,9 @@ pub const EXTENSIONS: &[&str] = &["jpg", "jpeg", "png", "tif", "tiff", "bmp", "w
 /// Why an image cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum LoadError {
-    /// The file cannot be read.
+    /// The file cannot be opened or read, or is not a file.
     #[error("{0}")]
     File(#[from] std::io::Error),
-    /// The file cannot be opened, or is not a file.
-    #[error("{0}")]
-    Open(#[from] OpenError),
     /// The file is empty.
     #[error("the file is empty")]
     Empty,
@@ -45,7 +42,7 @@ pub enum LoadError {
     Several(usize),
     /// A picture within the image does not fit it.
     #[error("{0}")]
-    Parts(#[from] PartsError),
+    Parts(String),
 }
 
 /// What images are read from. Decoders are generic: each further type would compile all of them again.
@@ -99,39 +96,23 @@ fn orientation_of(decoder: &mut impl ImageDecoder) -> Orientation {
 /// # Errors
 /// [`LoadError`].
 pub fn load(file: &Path) -> Result<Picture, LoadError> {
-    load_within(file, Limits::default())
+    load_from(plain_file::open(file)?, Limits::default())
 }
 
-/// Reads an image as [`load`] does, with other limits.
-///
-/// # Errors
-/// [`LoadError`].
-pub fn load_within(file: &Path, limits: Limits) -> Result<Picture, LoadError> {
-    load_from(plain_file::open(file)?, limits)
-}
-
-/// Reads an open file as [`load_within`] does.
+/// Reads an open file as [`load`] does, with other limits.
 ///
 /// # Errors
 /// [`LoadError`].
 pub fn load_from(mut plain: PlainFile, limits: Limits) -> Result<Picture, LoadError> {
     let bytes = plain.read(limits::image_bytes(limits.pixels as u64))?;
-    decode_within(&bytes, limits)
+    decode(&bytes, limits)
 }
 
-/// Decodes the bytes of an image file, as [`load`] does.
+/// Decodes the bytes of an image file, as [`load_from`] does.
 ///
 /// # Errors
 /// [`LoadError`].
-pub fn decode(bytes: &[u8]) -> Result<Picture, LoadError> {
-    decode_within(bytes, Limits::default())
-}
-
-/// Decodes the bytes of an image file, as [`load_within`] does.
-///
-/// # Errors
-/// [`LoadError`].
-pub fn decode_within(bytes: &[u8], limits: Limits) -> Result<Picture, LoadError> {
+pub fn decode(bytes: &[u8], limits: Limits) -> Result<Picture, LoadError> {
     guard::decoding(|| decode_unguarded(bytes, limits))?
 }
 
@@ -141,10 +122,11 @@ pub fn decode_within(bytes: &[u8], limits: Limits) -> Result<Picture, LoadError>
 /// [`LoadError`] if the list of the pages is damaged.
 pub(crate) fn pages(file: &Path) -> Result<Vec<u64>, LoadError> {
     let plain = plain_file::open(file)?;
-    Ok(tiff_pages::find(Box::new(BufReader::new(plain.file)), plain.length)?)
+    let source = Box::new(BufReader::new(plain.file));
+    Ok(guard::decoding(|| tiff_pages::find(source, plain.length))??)
 }
 
-/// Reads the page of a TIFF that begins here, as [`load_within`] reads an image.
+/// Reads the page of a TIFF that begins here, as [`load_from`] reads an image.
 ///
 /// # Errors
 /// [`LoadError`].

@@ -15,40 +15,11 @@ use zune_jpeg::zune_core::bytestream::ZCursor;
 
 use crate::image_file::{LoadError, Source};
 
-/// Why the parts of an image are refused.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-pub enum PartsError {
-    /// A part is larger than the place that it has in the image.
-    #[error("it holds a picture of {} x {} pixels where there is place for {} x {}", part.0, part.1, place.0, place.1)]
-    Larger {
-        /// Width and height of the part.
-        part: (usize, usize),
-        /// Width and height of its place.
-        place: (usize, usize),
-    },
-    /// The parts are together much larger than the image.
-    #[error("its tiles of {} x {} pixels are far larger than the image of {} x {}", tile.0, tile.1, image.0, image.1)]
-    Tiles {
-        /// Width and height of a tile.
-        tile: (usize, usize),
-        /// Width and height of the image.
-        image: (usize, usize),
-    },
-    /// Several parts have the same bytes.
-    #[error("its parts share their bytes: they have {parts} bytes together, the file has {file}")]
-    Shared {
-        /// The bytes of all parts.
-        parts: u64,
-        /// The bytes of the file.
-        file: u64,
-    },
-}
-
 /// Checks the parts of an image whose outer size is within the limits.
 pub fn check(bytes: &[u8], format: Option<ImageFormat>) -> Result<(), LoadError> {
     match format {
         Some(ImageFormat::Tiff) => check_tiff(Box::new(Cursor::new(bytes)), bytes.len() as u64),
-        Some(ImageFormat::WebP) => Ok(check_webp(bytes)?),
+        Some(ImageFormat::WebP) => check_webp(bytes),
         _ => Ok(()),
     }
 }
@@ -92,7 +63,10 @@ pub fn check_tiff(source: Source, file: u64) -> Result<(), LoadError> {
     let padded = |whole: usize, part: usize| whole.next_multiple_of(part.max(1));
     let tiled = padded(image.0, place.0).saturating_mul(padded(image.1, place.1));
     if tiled > image.0.saturating_mul(image.1).saturating_mul(4).max(TILED_PIXELS) {
-        return Err(PartsError::Tiles { tile: place, image }.into());
+        return Err(LoadError::Parts(format!(
+            "its tiles of {} x {} pixels are far larger than the image of {} x {}",
+            place.0, place.1, image.0, image.1
+        )));
     }
     let compression = tiff.find_tag_unsigned::<u16>(Tag::Compression).map_err(damaged)?;
     if compression.map(CompressionMethod::from_u16_exhaustive)
@@ -110,7 +84,9 @@ pub fn check_tiff(source: Source, file: u64) -> Result<(), LoadError> {
     let counts = tiff.get_tag_u64_vec(counts).map_err(damaged)?;
     let parts = counts.iter().fold(0, |sum: u64, count| sum.saturating_add(*count));
     if parts > file {
-        return Err(PartsError::Shared { parts, file }.into());
+        return Err(LoadError::Parts(format!(
+            "its parts share their bytes: they have {parts} bytes together, the file has {file}"
+        )));
     }
     let source = tiff.inner();
     for (offset, count) in offsets.into_iter().zip(counts) {
@@ -131,7 +107,7 @@ fn check_jpeg(
     part: Vec<u8>,
     tables: Option<&[u8]>,
     place: (usize, usize),
-) -> Result<(), PartsError> {
+) -> Result<(), LoadError> {
     let joined = tables.and_then(|tables| {
         Some([tables.get(..tables.len().checked_sub(2)?)?, part.get(2..)?].concat())
     });
@@ -147,10 +123,13 @@ fn fits(
     part: (usize, usize),
     most: (usize, usize),
     place: (usize, usize),
-) -> Result<(), PartsError> {
+) -> Result<(), LoadError> {
     match part.0 <= most.0 && part.1 <= most.1 {
         true => Ok(()),
-        false => Err(PartsError::Larger { part, place }),
+        false => Err(LoadError::Parts(format!(
+            "it holds a picture of {} x {} pixels where there is place for {} x {}",
+            part.0, part.1, place.0, place.1
+        ))),
     }
 }
 
@@ -161,7 +140,7 @@ const ANIMATED_HEADER: usize = 16;
 
 /// Checks that no picture of a WebP is larger than its canvas. Without a canvas there is one
 /// picture, whose size is that of the image.
-fn check_webp(bytes: &[u8]) -> Result<(), PartsError> {
+fn check_webp(bytes: &[u8]) -> Result<(), LoadError> {
     let mut chunks = Chunks { bytes, at: WEBP_HEADER };
     let Some((b"VP8X", header)) = chunks.next() else { return Ok(()) };
     let side = |at: usize| Some(1 + le(header.get(at..at + 3)?));
@@ -177,7 +156,7 @@ fn check_webp(bytes: &[u8]) -> Result<(), PartsError> {
     Ok(())
 }
 
-fn check_picture(kind: &[u8], content: &[u8], canvas: (usize, usize)) -> Result<(), PartsError> {
+fn check_picture(kind: &[u8], content: &[u8], canvas: (usize, usize)) -> Result<(), LoadError> {
     let size = match kind {
         b"VP8 " => {
             content.get(6..10).map(|size| (le(&size[..2]) & 0x3fff, le(&size[2..]) & 0x3fff))

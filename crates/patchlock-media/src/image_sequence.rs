@@ -6,7 +6,7 @@ use std::{fs, io};
 
 use crate::image_file::{self, LoadError, is_image};
 use crate::limits::Limits;
-use crate::{Error, FrameRate, FrameSource, Picture, natural_order};
+use crate::{Error, FrameSource, Picture, SourceInfo, natural_order, plain_file};
 
 /// A list of image files, one per frame.
 pub struct ImageSequence {
@@ -22,8 +22,8 @@ impl ImageSequence {
     pub fn folder(folder: &Path) -> Result<Self, Error> {
         let files = visible_files(folder)?.into_iter().filter(|file| is_image(file)).collect();
         let images = Self::sorted(files, || {
-            let inner = image_subfolder(folder);
-            Error::NoImages { folder: folder.to_path_buf(), inner }
+            let inner = image_subfolder(folder).map(|inner| inner.display().to_string());
+            Error::NoImages { folder: folder.display().to_string(), inner }
         })?;
         let Some((first, second)) = same_number(&images.files) else { return Ok(images) };
         let part = match first.extension() == second.extension() {
@@ -84,12 +84,8 @@ impl ImageSequence {
 }
 
 impl FrameSource for ImageSequence {
-    fn length(&self) -> Option<usize> {
-        Some(self.files.len().max(self.pages.len()))
-    }
-
-    fn rate(&self) -> Option<FrameRate> {
-        None
+    fn info(&self) -> SourceInfo {
+        SourceInfo { length: Some(self.files.len().max(self.pages.len())), ..SourceInfo::default() }
     }
 
     fn frame(&mut self, index: usize) -> Result<Option<Picture>, Error> {
@@ -97,14 +93,18 @@ impl FrameSource for ImageSequence {
             (Some(&page), Some(file)) => (file, image_file::load_page(file, page, self.limits)),
             _ => {
                 let Some(file) = self.files.get(index) else { return Ok(None) };
-                (file, image_file::load_within(file, self.limits))
+                let plain = plain_file::open(file).map_err(LoadError::from);
+                (file, plain.and_then(|plain| image_file::load_from(plain, self.limits)))
             }
         };
         picture.map(Some).map_err(|reason| match reason {
             LoadError::TooLarge(size) => {
                 Error::TooLarge { what: format!("frame {index}, {}", file.display()), size }
             }
-            reason => Error::Image { index, file: file.clone(), reason },
+            error => {
+                let (file, reason) = (file.display().to_string(), error.to_string());
+                Error::Image { index, file, reason }
+            }
         })
     }
 }

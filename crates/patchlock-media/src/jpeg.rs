@@ -111,6 +111,7 @@ impl ImageBuffer for Samples<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::{Limits, image_file};
 
     #[test]
     fn decoded_grey_and_colours_are_nearly_those_that_were_encoded() {
@@ -121,7 +122,8 @@ mod tests {
         let grey = rgb.iter().copied().step_by(3).collect();
         for pixels in [Pixels::Rgb8(rgb), Pixels::Grey8(grey)] {
             let picture = Picture::new(width, height, pixels);
-            let decoded = crate::image_file::decode(&encode(&picture, 0, 95).unwrap()).unwrap();
+            let decoded =
+                image_file::decode(&encode(&picture, 0, 95).unwrap(), Limits::default()).unwrap();
             assert_eq!((decoded.width, decoded.height), (width, height));
             let (before, after) = (picture.to_rgb(), decoded.to_rgb());
             let most = before.iter().zip(after.iter()).map(|(a, b)| a.abs_diff(*b)).max();

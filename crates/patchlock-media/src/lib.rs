@@ -25,6 +25,7 @@ mod confine;
 mod error;
 mod external_encoder;
 #[cfg(all(test, target_os = "linux"))]
+#[path = "../tests/support/fake_ffmpeg.rs"]
 mod fake_ffmpeg;
 mod feed;
 mod ffmpeg;
@@ -60,12 +61,11 @@ pub use child::stop_decoders;
 pub use error::{Container, Error, FrameFault, without_path};
 pub use feed::Feed;
 pub use guard::{DecoderPanic, silence_decoders};
-pub use image_parts::PartsError;
 pub use limits::{Limits, MOST_FRAMES, SizeLimitError};
 pub use mp4_writer::Mp4Writer;
 pub use note::Note;
 #[doc(hidden)]
-pub use open::open_without_ffmpeg;
+pub use open::open_by;
 pub use open::{files_of, open, open_within};
 pub use order::{Order, RangeError};
 pub use picture::{Picture, Pixels};
@@ -73,7 +73,7 @@ pub use prefetch::{NextFrame, Prefetcher};
 pub use sandbox::Helper;
 #[cfg(target_os = "linux")]
 pub use sandbox::serve::serve;
-pub use source::{FrameRate, FrameSource};
+pub use source::{FrameRate, FrameSource, SourceInfo};
 
 /// Y4M from any reader, as [`open`] reads standard input. Only for fuzzing, and no part of the
 /// public interface.

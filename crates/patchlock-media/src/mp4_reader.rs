@@ -22,7 +22,8 @@ use crate::limits::{self, Limits, SizeLimitError};
 use crate::mp4_edits::PresentedFrame;
 use crate::mp4_index::{self, Sample, Track};
 use crate::{
-    Container, Error, FrameFault, FrameRate, FrameSource, Note, Picture, guard, orientation,
+    Container, Error, FrameFault, FrameRate, FrameSource, Note, Picture, SourceInfo, guard,
+    orientation,
 };
 
 use by_ffmpeg::ExternalReader;
@@ -151,7 +152,7 @@ impl Mp4 {
         let mut file = File::open(path).map_err(|error| broken(error.to_string()))?;
         let bytes = file.metadata().map_err(|error| broken(error.to_string()))?.len();
         let Some(track) = mp4_index::read(&mut file, bytes).map_err(broken)? else {
-            return Err(OpenError::Broken(Error::NoVideo { name }));
+            return Err(OpenError::Broken(Error::NoVideo(name)));
         };
         if track.fragmented {
             return Err(OpenError::Codec("a fragmented video".into()));
@@ -337,7 +338,7 @@ impl Mp4 {
     /// Checks what a stored picture would make the decoder do. It may hold parameter sets of its
     /// own.
     fn check(&mut self, stream: &[u8]) -> Result<(), Fault> {
-        let pictures = h264::units(stream).filter(|unit| h264::begins_picture(unit)).count();
+        let pictures = h264::units(stream).iter().filter(|unit| h264::begins_picture(unit)).count();
         if pictures > limits::PICTURES_PER_SAMPLE {
             return Err(DAMAGED);
         }
@@ -398,16 +399,8 @@ impl Mp4 {
 }
 
 impl FrameSource for Mp4 {
-    fn length(&self) -> Option<usize> {
-        Some(self.frames.len())
-    }
-
-    fn rate(&self) -> Option<FrameRate> {
-        self.rate
-    }
-
-    fn has_sound(&self) -> bool {
-        self.sound
+    fn info(&self) -> SourceInfo {
+        SourceInfo { length: Some(self.frames.len()), rate: self.rate, sound: self.sound }
     }
 
     fn notes(&mut self) -> Vec<Note> {
@@ -490,10 +483,11 @@ fn rate(track: &Track) -> Option<FrameRate> {
 
 /// The last parameter set in a stream. All are checked, since pictures may use any of them.
 fn stream_info(stream: &[u8], limits: &Limits) -> Result<Option<StreamInfo>, Fault> {
-    let sets = h264::units(stream).filter(|u| h264::unit_type(u) == Some(h264::PARAMETER_SET));
+    let sets =
+        h264::units(stream).into_iter().filter(|u| h264::unit_type(u) == Some(h264::PARAMETER_SET));
     let mut last = None;
     for set in sets {
-        let Some(info) = h264::parse(set) else {
+        let Ok(info) = h264::parse(set) else {
             return Err(Fault::Kind("H.264 without a readable parameter set".into()));
         };
         supported(&info, limits)?;

@@ -4,37 +4,31 @@
 //! for equal.
 
 use std::cmp::Ordering;
+use std::iter;
 
 /// Compares names, with runs of digits compared as numbers.
 pub fn compare(a: &str, b: &str) -> Ordering {
-    let (mut left, mut right) = (a, b);
-    loop {
-        match (left.chars().next(), right.chars().next()) {
-            (None, None) => return a.cmp(b), // equal as numbers, such as `01` and `1`
-            (None, _) => return Ordering::Less,
-            (_, None) => return Ordering::Greater,
-            (Some(x), Some(y)) if x.is_ascii_digit() && y.is_ascii_digit() => {
-                let (number_left, rest_left) = take_number(left);
-                let (number_right, rest_right) = take_number(right);
-                let by_value =
-                    number_left.len().cmp(&number_right.len()).then(number_left.cmp(number_right));
-                if by_value.is_ne() {
-                    return by_value;
-                }
-                (left, right) = (rest_left, rest_right);
-            }
-            (Some(x), Some(y)) if x == y => {
-                (left, right) = (&left[x.len_utf8()..], &right[y.len_utf8()..]);
-            }
-            (Some(x), Some(y)) => return x.cmp(&y),
-        }
-    }
+    // The names themselves differ in equal numbers, such as `01` and `1`.
+    parts(a).cmp(parts(b)).then(a.cmp(b))
 }
 
-/// Splits off leading digits, without their leading zeros.
-fn take_number(text: &str) -> (&str, &str) {
-    let end = text.find(|c: char| !c.is_ascii_digit()).unwrap_or(text.len());
-    (text[..end].trim_start_matches('0'), &text[end..])
+/// The characters of a name; for a run of digits, a digit, and how many there are and which after
+/// leading zeros.
+fn parts(name: &str) -> impl Iterator<Item = (char, usize, &str)> {
+    let mut rest = name;
+    iter::from_fn(move || {
+        let mut after = rest.chars();
+        let first = after.next()?;
+        if !first.is_ascii_digit() {
+            rest = after.as_str();
+            return Some((first, 0, ""));
+        }
+        let (run, after) =
+            rest.split_at(rest.find(|c: char| !c.is_ascii_digit()).unwrap_or(rest.len()));
+        let number = run.trim_start_matches('0');
+        rest = after;
+        Some(('0', number.len(), number))
+    })
 }
 
 #[cfg(test)]

@@ -3,10 +3,11 @@
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
-use crate::find::{OpenedSource, PanicGuard, find, images_of};
+use crate::ffmpeg::{self, Program};
+use crate::find::{OpenedSource, find_guarded, images_of};
 use crate::image_sequence::ImageSequence;
 use crate::limits::Limits;
-use crate::{Error, FrameSource, ffmpeg, guard, sandbox};
+use crate::{Error, FrameSource, sandbox};
 
 /// Opens a folder of images, a printf pattern, a glob, an image, a video file, or `-` for Y4M on
 /// standard input. With `reverse`, frames can be read from the last to the first.
@@ -27,33 +28,36 @@ pub fn open_within(
     reverse: bool,
     limits: Limits,
 ) -> Result<Box<dyn FrameSource>, Error> {
-    let name = name.as_ref();
-    let program = Some(ffmpeg::Program::default());
-    guarded(name, || open_unguarded(name, reverse, limits, program))
+    open_by(name.as_ref(), reverse, limits, Some(Program::default()))
 }
 
-/// Opens a source as [`open`] does, but gives an error for what needs ffmpeg. Fuzzing tries our own
-/// readers with it; it is no part of the public interface.
+/// Opens a source as [`open_within`] does, but without `program` gives an error for what needs ffmpeg.
+/// Fuzzing tries our own readers with it; it is no part of the public interface.
 ///
 /// # Errors
 /// As [`open`].
 #[doc(hidden)]
-pub fn open_without_ffmpeg(
-    name: impl AsRef<OsStr>,
-    reverse: bool,
-) -> Result<Box<dyn FrameSource>, Error> {
-    let name = name.as_ref();
-    guarded(name, || open_unguarded(name, reverse, Limits::default(), None))
-}
-
-/// Opens a source whose decoder may panic.
-fn guarded(
+pub fn open_by(
     name: &OsStr,
-    open: impl FnOnce() -> Result<Box<dyn FrameSource>, Error>,
+    reverse: bool,
+    limits: Limits,
+    program: Option<Program>,
 ) -> Result<Box<dyn FrameSource>, Error> {
-    let shown = name.display().to_string();
-    let source = guard::decoding(open).map_err(|panic| Error::unreadable(&shown, panic))?;
-    Ok(Box::new(PanicGuard { source: source?, name: shown }))
+    let found = match sandbox::find(name, reverse, limits) {
+        Some(found) => found?,
+        None => find_guarded(name, reverse, limits, program.clone())?,
+    };
+    let path = Path::new(name);
+    match (found, program) {
+        (OpenedSource::Source(source), _) => Ok(source),
+        (OpenedSource::ForFfmpeg { reason, times }, Some(program)) => {
+            ffmpeg::open(path, &reason, reverse, limits, times, program)
+        }
+        (OpenedSource::ForFfmpeg { reason, .. }, None) => {
+            let reason = format!("it {reason}, which ffmpeg would read");
+            Err(Error::unreadable(path.display(), reason))
+        }
+    }
 }
 
 /// The files that [`open`] would read for this name: none for standard input, and for what cannot
@@ -68,27 +72,4 @@ pub fn files_of(name: impl AsRef<OsStr>) -> Vec<PathBuf> {
         _ => images_of(name),
     };
     images.and_then(Result::ok).map(ImageSequence::into_files).unwrap_or_default()
-}
-
-fn open_unguarded(
-    name: &OsStr,
-    reverse: bool,
-    limits: Limits,
-    program: Option<ffmpeg::Program>,
-) -> Result<Box<dyn FrameSource>, Error> {
-    let found = match sandbox::find(name, reverse, limits) {
-        Some(found) => found?,
-        None => find(name, reverse, limits, program.clone())?,
-    };
-    let path = Path::new(name);
-    match (found, program) {
-        (OpenedSource::Source(source), _) => Ok(source),
-        (OpenedSource::ForFfmpeg { reason, times }, Some(program)) => {
-            ffmpeg::open(path, &reason, reverse, limits, times, program)
-        }
-        (OpenedSource::ForFfmpeg { reason, .. }, None) => {
-            let reason = format!("it {reason}, which ffmpeg would read");
-            Err(Error::unreadable(path.display(), reason))
-        }
-    }
 }

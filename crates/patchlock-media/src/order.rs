@@ -1,9 +1,11 @@
 //! The range of frames that is used, and its direction.
 
+use serde::{Deserialize, Serialize};
+
 use crate::Error;
 
 /// A range of frames that is invalid, or does not fit a source.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
 pub enum RangeError {
     /// The stride is 0.
     #[error("the stride is 0; it must be at least 1")]

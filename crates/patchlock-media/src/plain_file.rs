@@ -16,31 +16,20 @@ pub struct PlainFile {
     pub length: u64,
 }
 
-/// Why a path is not opened.
 #[derive(Debug, thiserror::Error)]
-pub enum OpenError {
-    /// The system cannot open it.
-    #[error("{0}")]
-    File(#[from] io::Error),
-    /// It is a pipe or a device, which may never end.
-    #[error("it is a pipe or a device, not a file")]
-    Endless,
-}
+#[error("it is a pipe or a device, not a file")]
+struct EndlessError;
 
-impl From<OpenError> for io::Error {
-    fn from(error: OpenError) -> Self {
-        match error {
-            OpenError::File(error) => error,
-            OpenError::Endless => Self::new(io::ErrorKind::InvalidInput, error.to_string()),
-        }
-    }
+/// Whether an error of [`open`] is that the path leads to a pipe or a device, which may never end.
+pub fn is_endless(error: &io::Error) -> bool {
+    error.get_ref().is_some_and(|error| error.is::<EndlessError>())
 }
 
 /// Opens a file. Links are followed.
 ///
 /// # Errors
-/// [`OpenError`]; a folder is an error of the kind [`io::ErrorKind::IsADirectory`].
-pub fn open(path: &Path) -> Result<PlainFile, OpenError> {
+/// Of a pipe or a device, [`is_endless`]; of a folder, one of the kind [`io::ErrorKind::IsADirectory`].
+pub fn open(path: &Path) -> io::Result<PlainFile> {
     // Opening alone can change a device, so this is asked before.
     check(&fs::metadata(path)?)?;
     let mut options = File::options();
@@ -57,11 +46,11 @@ pub fn open(path: &Path) -> Result<PlainFile, OpenError> {
     Ok(PlainFile { file, length: about.len() })
 }
 
-fn check(about: &fs::Metadata) -> Result<(), OpenError> {
+fn check(about: &fs::Metadata) -> io::Result<()> {
     match about {
-        about if about.is_dir() => Err(io::Error::from(io::ErrorKind::IsADirectory).into()),
+        about if about.is_dir() => Err(io::ErrorKind::IsADirectory.into()),
         about if about.is_file() => Ok(()),
-        _ => Err(OpenError::Endless),
+        _ => Err(io::Error::new(io::ErrorKind::InvalidInput, EndlessError)),
     }
 }
 
@@ -90,7 +79,7 @@ mod tests {
         fs::write(&file, "12345").unwrap();
         let mut opened = open(&file).unwrap();
         assert_eq!((opened.length, opened.read(3).unwrap()), (5, b"123".to_vec()));
-        let kind = |path: &Path| io::Error::from(open(path).unwrap_err()).kind();
+        let kind = |path: &Path| open(path).unwrap_err().kind();
         assert_eq!(kind(folder.path()), io::ErrorKind::IsADirectory);
         assert_eq!(kind(&folder.path().join("b")), io::ErrorKind::NotFound);
     }
@@ -103,7 +92,7 @@ mod tests {
         let made = std::process::Command::new("mkfifo").arg(&pipe).status();
         assert!(made.unwrap().success());
         for path in [Path::new("/dev/zero"), &pipe] {
-            assert!(matches!(open(path), Err(OpenError::Endless)), "{}", path.display());
+            assert!(is_endless(&open(path).unwrap_err()), "{}", path.display());
         }
         // As /proc/kmsg, which only the administrator may open: a file without length, with bytes.
         let made_up = Path::new("/proc/self/environ");

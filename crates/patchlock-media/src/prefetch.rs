@@ -139,7 +139,7 @@ impl Iterator for Prefetcher {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::FrameRate;
+    use crate::SourceInfo;
 
     /// A source of four frames. Reading frame 3 fails if `damaged`; otherwise it panics.
     struct TestSource {
@@ -147,12 +147,8 @@ mod tests {
     }
 
     impl FrameSource for TestSource {
-        fn length(&self) -> Option<usize> {
-            None
-        }
-
-        fn rate(&self) -> Option<FrameRate> {
-            None
+        fn info(&self) -> SourceInfo {
+            SourceInfo::default()
         }
 
         fn frame(&mut self, index: usize) -> Result<Option<Picture>, Error> {

@@ -7,8 +7,6 @@ mod client;
 pub mod serve;
 #[cfg(target_os = "linux")]
 mod wire;
-#[cfg(target_os = "linux")]
-mod wire_error;
 
 use std::ffi::OsString;
 use std::path::PathBuf;

@@ -28,20 +28,38 @@ impl FrameRate {
     }
 }
 
+/// What is known of a source once it is open.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SourceInfo {
+    /// The number of frames, if it is known in advance.
+    pub length: Option<usize>,
+    /// The frame rate, if the source specifies one.
+    pub rate: Option<FrameRate>,
+    /// Whether the source also has sound, which this crate does not read.
+    pub sound: bool,
+}
+
 /// A sequence of frames, numbered from 0 in presentation order.
 ///
 /// Reading frames in increasing order is cheap for every source. Decreasing order requires a source
 /// that was opened for reverse order; it takes more memory.
 pub trait FrameSource: Send {
-    /// The number of frames, if it is known in advance.
-    fn length(&self) -> Option<usize>;
+    /// What is known of the source.
+    fn info(&self) -> SourceInfo;
 
-    /// The frame rate, if the source specifies one.
-    fn rate(&self) -> Option<FrameRate>;
+    /// [`SourceInfo::length`].
+    fn length(&self) -> Option<usize> {
+        self.info().length
+    }
 
-    /// Whether the source also has sound, which this crate does not read.
+    /// [`SourceInfo::rate`].
+    fn rate(&self) -> Option<FrameRate> {
+        self.info().rate
+    }
+
+    /// [`SourceInfo::sound`].
     fn has_sound(&self) -> bool {
-        false
+        self.info().sound
     }
 
     /// What a user should know of the frames, found since the last call.

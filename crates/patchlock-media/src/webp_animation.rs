@@ -8,7 +8,7 @@ use image_webp::WebPDecoder;
 
 use crate::image_file::{LoadError, Source};
 use crate::limits::{self, Limits};
-use crate::{Error, FrameRate, FrameSource, Picture, image_parts, plain_file};
+use crate::{Error, FrameRate, FrameSource, Picture, SourceInfo, image_parts, plain_file};
 
 /// Whether a file with these first bytes is an animated WebP.
 pub fn is_animated(head: &[u8]) -> bool {
@@ -19,7 +19,7 @@ pub fn is_animated(head: &[u8]) -> bool {
 /// An animated WebP.
 pub struct WebpAnimation {
     decoder: WebPDecoder<Source<'static>>,
-    name: std::path::PathBuf,
+    name: String,
     next: usize,
     /// When the next frame is shown, in milliseconds.
     time: u64,
@@ -39,12 +39,12 @@ impl WebpAnimation {
             decoder.set_memory_limit(usize::try_from(most).unwrap_or(usize::MAX));
             Ok(decoder)
         };
-        let what = path.display().to_string();
+        let name = path.display().to_string();
         let decoder = read().map_err(|error| match error {
-            LoadError::TooLarge(size) => Error::TooLarge { what, size },
-            error => Error::unreadable(what, error),
+            LoadError::TooLarge(size) => Error::TooLarge { what: name.clone(), size },
+            error => Error::unreadable(&name, error),
         })?;
-        Ok(Self { decoder, name: path.to_path_buf(), next: 0, time: 0 })
+        Ok(Self { decoder, name, next: 0, time: 0 })
     }
 
     fn read(&mut self, index: usize) -> Result<Picture, LoadError> {
@@ -75,21 +75,22 @@ fn damaged(error: image_webp::DecodingError) -> LoadError {
 }
 
 impl FrameSource for WebpAnimation {
-    fn length(&self) -> Option<usize> {
-        Some(self.decoder.num_frames() as usize)
-    }
-
-    /// The average.
-    fn rate(&self) -> Option<FrameRate> {
-        let milliseconds = u32::try_from(self.decoder.loop_duration()).ok()?;
-        FrameRate::new(self.decoder.num_frames().checked_mul(1000)?, milliseconds)
+    fn info(&self) -> SourceInfo {
+        let frames = self.decoder.num_frames();
+        let milliseconds = u32::try_from(self.decoder.loop_duration()).ok();
+        // The average.
+        let rate = frames.checked_mul(1000).zip(milliseconds);
+        let rate = rate.and_then(|(frames, time)| FrameRate::new(frames, time));
+        SourceInfo { length: Some(frames as usize), rate, sound: false }
     }
 
     fn frame(&mut self, index: usize) -> Result<Option<Picture>, Error> {
         if index >= self.decoder.num_frames() as usize {
             return Ok(None);
         }
-        let read = self.read(index);
-        read.map(Some).map_err(|reason| Error::Image { index, file: self.name.clone(), reason })
+        self.read(index).map(Some).map_err(|error| {
+            let (file, reason) = (self.name.clone(), error.to_string());
+            Error::Image { index, file, reason }
+        })
     }
 }

@@ -6,7 +6,9 @@ use std::path::Path;
 
 use crate::colour::{self, Colour, Matrix, Planes};
 use crate::limits::{self, Limits};
-use crate::{Container, Error, FrameFault, FrameRate, FrameSource, Picture, Pixels, without_path};
+use crate::{
+    Container, Error, FrameFault, FrameRate, FrameSource, Picture, Pixels, SourceInfo, without_path,
+};
 
 /// The first bytes of every Y4M stream.
 pub const MAGIC: &[u8] = b"YUV4MPEG2";
@@ -185,17 +187,15 @@ pub fn spooled(
     limits: Limits,
     matrix: Option<Matrix>,
 ) -> Result<Y4mFile, Error> {
-    let mut file = Y4mFile::index(spool(&mut BufReader::new(input), name)?, name, limits)?;
-    file.header = file.header.with(matrix);
-    Ok(file)
+    Y4mFile::index(spool(&mut BufReader::new(input), name)?, name, limits, matrix)
 }
 
 /// Copies a stream to an unnamed temporary file, which is removed when it is closed.
 fn spool(input: &mut impl BufRead, name: &str) -> Result<File, Error> {
     let folder = std::env::temp_dir();
     let no_room = |error: io::Error| {
-        let reason = without_path(&error).unwrap_or(error);
-        Error::StreamCopy { name: name.to_string(), folder: folder.clone(), reason }
+        let reason = without_path(&error).unwrap_or(error).to_string();
+        Error::StreamCopy { name: name.to_string(), folder: folder.display().to_string(), reason }
     };
     let mut file = tempfile::tempfile_in(&folder).map_err(no_room)?;
     loop {
@@ -257,12 +257,8 @@ impl<R: Read> Y4mStream<R> {
 }
 
 impl<R: Read + Send> FrameSource for Y4mStream<R> {
-    fn length(&self) -> Option<usize> {
-        None
-    }
-
-    fn rate(&self) -> Option<FrameRate> {
-        self.header.rate
+    fn info(&self) -> SourceInfo {
+        SourceInfo { rate: self.header.rate, ..SourceInfo::default() }
     }
 
     fn frame(&mut self, index: usize) -> Result<Option<Picture>, Error> {
@@ -278,9 +274,7 @@ impl<R: Read + Send> FrameSource for Y4mStream<R> {
 
 /// Y4M from a file: frames can be read in any order.
 pub struct Y4mFile {
-    file: File,
-    header: Header,
-    name: String,
+    stream: Y4mStream<File>,
     /// Byte offset of the samples of each frame.
     offsets: Vec<u64>,
 }
@@ -290,49 +284,49 @@ impl Y4mFile {
     pub fn open(path: &Path, limits: Limits) -> Result<Self, Error> {
         let name = path.display().to_string();
         let file = File::open(path).map_err(|error| Error::unreadable(&name, error))?;
-        Self::index(file, &name, limits)
+        Self::index(file, &name, limits, None)
     }
 
     pub fn header(&self) -> Header {
-        self.header
+        self.stream.header
     }
 
-    fn index(file: File, name: &str, limits: Limits) -> Result<Self, Error> {
+    fn index(
+        file: File,
+        name: &str,
+        limits: Limits,
+        matrix: Option<Matrix>,
+    ) -> Result<Self, Error> {
         let cannot = |error: io::Error| Error::unreadable(name, error);
         let size = file.metadata().map_err(cannot)?.len();
-        let mut input = BufReader::new(file);
-        let header = read_header(&mut input, name, limits)?;
-        let mut offsets = Vec::new();
+        let mut stream = Y4mStream::begin(file, name, limits, matrix)?;
+        let (input, mut offsets) = (&mut stream.input, Vec::new());
         while input.stream_position().map_err(cannot)? < size {
-            let line =
-                read_line(&mut input).map_err(|error| damaged(name, offsets.len(), error))?;
+            let line = read_line(input).map_err(|error| damaged(name, offsets.len(), error))?;
             if !line.starts_with("FRAME") {
                 return Err(damaged(name, offsets.len(), "the frame's header is missing"));
             }
             offsets.push(input.stream_position().map_err(cannot)?);
             // A truncated last frame stays in the index, so that reading it is an error.
-            input.seek_relative(header.frame_bytes() as i64).map_err(cannot)?;
+            input.seek_relative(stream.header.frame_bytes() as i64).map_err(cannot)?;
         }
-        Ok(Self { file: input.into_inner(), header, name: name.to_string(), offsets })
+        Ok(Self { stream, offsets })
     }
 }
 
 impl FrameSource for Y4mFile {
-    fn length(&self) -> Option<usize> {
-        Some(self.offsets.len())
-    }
-
-    fn rate(&self) -> Option<FrameRate> {
-        self.header.rate
+    fn info(&self) -> SourceInfo {
+        SourceInfo { length: Some(self.offsets.len()), ..self.stream.info() }
     }
 
     fn frame(&mut self, index: usize) -> Result<Option<Picture>, Error> {
         let Some(&offset) = self.offsets.get(index) else { return Ok(None) };
-        let sought = self.file.seek(SeekFrom::Start(offset)).map_err(|error| error.to_string());
+        let Y4mStream { input, header, name, .. } = &mut self.stream;
+        let sought = input.seek(SeekFrom::Start(offset)).map_err(|error| error.to_string());
         let data = sought
-            .and_then(|_| read_samples(&mut self.file, self.header.frame_bytes()))
-            .map_err(|reason| damaged(&self.name, index, reason))?;
-        Ok(Some(self.header.picture(&data, index)))
+            .and_then(|_| read_samples(input, header.frame_bytes()))
+            .map_err(|reason| damaged(name, index, reason))?;
+        Ok(Some(header.picture(&data, index)))
     }
 }
 

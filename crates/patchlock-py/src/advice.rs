@@ -87,7 +87,7 @@ fn media_advice(error: &patchlock_media::Error) -> Option<String> {
             "name a folder of images, a pattern such as img/%04d.jpg, a glob, a video file, or \"-\" \
              for Y4M on standard input"
         }
-        Error::Endless { .. } => "a program can write Y4M to standard input, which is \"-\"",
+        Error::Endless(_) => "a program can write Y4M to standard input, which is \"-\"",
         Error::Frame { fault: FrameFault::Damaged, .. } => {
             "skip it with end before it and start after it"
         }

@@ -23,7 +23,6 @@ use patchlock_track::{ModelPaths, text};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use serde::{Deserialize, Serialize};
 
 use crate::config::{self, Config, Settings, basis};
 use crate::errors;
@@ -117,51 +116,34 @@ impl Store {
             side_by_side,
             patience: Duration::ZERO,
             paths: self.paths.clone(),
+            video,
         };
-        message(&Message { job, extra: RunOutputs { video } })
+        message(&job)
     }
 
     /// Whether the complete run is already stored, with its video, if there is to be one.
     fn holds(&self, py: Python<'_>, job: &str) -> PyResult<bool> {
         py.detach(|| {
-            let Message { job, extra } = read(job)?;
+            let job = read(job)?;
             let stored = self.store.holds(&job.run()).map_err(errors::of_bench)?;
-            Ok(stored && extra.video.is_none_or(|file| file.exists()))
+            Ok(stored && job.video.is_none_or(|file| file.exists()))
         })
     }
 
     /// Stores the two files of a run.
     fn keep(&self, py: Python<'_>, job: &str, boxes: String, manifest: String) -> PyResult<()> {
         let written = RunFiles { boxes, manifest };
-        py.detach(|| self.store.keep(&read(job)?.job.run(), &written).map_err(errors::of_bench))
+        py.detach(|| self.store.keep(&read(job)?.run(), &written).map_err(errors::of_bench))
     }
 }
 
 /// A run, as it is sent to the engine.
-#[derive(Serialize)]
-struct Message {
-    #[serde(flatten)]
-    job: Job,
-    #[serde(flatten)]
-    extra: RunOutputs,
+fn message(job: &Job) -> PyResult<String> {
+    serde_json::to_string(job).map_err(errors::of_value)
 }
 
-/// What is in the message beside the run.
-#[derive(Default, Serialize, Deserialize)]
-struct RunOutputs {
-    /// The video to draw.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    video: Option<PathBuf>,
-}
-
-fn message(message: &Message) -> PyResult<String> {
-    serde_json::to_string(message).map_err(errors::of_value)
-}
-
-fn read(job: &str) -> PyResult<Message> {
-    let read =
-        || Ok(Message { job: serde_json::from_str(job)?, extra: serde_json::from_str(job)? });
-    read().map_err(|error: serde_json::Error| {
+fn read(job: &str) -> PyResult<Job> {
+    serde_json::from_str(job).map_err(|error| {
         PyValueError::new_err(format!(
             "{error}: all machines must run the same version of Patchlock"
         ))
@@ -178,9 +160,9 @@ pub fn abandon_files() {
 #[pyfunction]
 pub fn track_job(py: Python<'_>, job: &str) -> PyResult<(String, String)> {
     let written = py.detach(|| {
-        let Message { job, extra } = read(job)?;
-        let mut run_video =
-            extra.video.map(|file| RunVideo { stride: stride(&job), file, sink: None });
+        let job = read(job)?;
+        let stride = stride(&job);
+        let mut run_video = job.video.clone().map(|file| RunVideo { stride, file, sink: None });
         let observer = run_video.as_mut().map(|run_video| run_video as &mut dyn FrameObserver);
         let written = job.track(observer).map_err(errors::of_bench)?;
         run_video.map_or(Ok(()), RunVideo::finish).map_err(errors::of_bench)?;
@@ -294,7 +276,7 @@ pub fn bench_jobs(
     let Plan { tasks: jobs, store, before, failures, .. } = found.map_err(errors::of_bench)?;
     let named = |job: Job| {
         let (target, label) = (job.target.clone(), job.label());
-        Ok((target, label, message(&Message { job, extra: RunOutputs::default() })?))
+        Ok((target, label, message(&job)?))
     };
     let jobs = jobs.into_iter().map(named).collect::<PyResult<_>>()?;
     let failures = failures.into_iter().map(|f| (f.target, f.run, f.error.to_string())).collect();

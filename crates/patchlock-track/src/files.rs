@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use patchlock_media::image_file::is_image;
 use patchlock_media::natural_order;
-use patchlock_media::plain_file::{self, OpenError};
+use patchlock_media::plain_file::{self, is_endless};
 use tempfile::NamedTempFile;
 
 use crate::Error;
@@ -21,11 +21,9 @@ pub const MAX_FILE_BYTES: u64 = 1 << 30;
 /// [`MAX_FILE_BYTES`] is refused before anything is read: it may never end.
 pub fn read(path: &Path) -> io::Result<Vec<u8>> {
     let refused = |reason: &str| io::Error::new(io::ErrorKind::InvalidInput, reason);
-    let mut plain = plain_file::open(path).map_err(|error| match error {
-        OpenError::File(error) => error,
-        OpenError::Endless => {
-            refused("it is a pipe or a device; save its content to a file and name that")
-        }
+    let mut plain = plain_file::open(path).map_err(|error| match is_endless(&error) {
+        true => refused("it is a pipe or a device; save its content to a file and name that"),
+        false => error,
     })?;
     let too_long = || refused("it is longer than 1 GiB");
     if plain.length > MAX_FILE_BYTES {

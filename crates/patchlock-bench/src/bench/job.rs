@@ -40,6 +40,9 @@ pub struct Job {
     /// directory.
     #[serde(default)]
     pub paths: ModelPaths,
+    /// The video to draw of the run, for what observes it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub video: Option<PathBuf>,
 }
 
 /// Where the frames are.
@@ -195,6 +198,7 @@ pub fn of_bench(
             side_by_side,
             patience: options.tracker.patience(),
             paths: paths.clone(),
+            video: None,
         })
     };
     let tasks = tasks.into_iter().map(job).collect::<Result<_, Error>>()?;

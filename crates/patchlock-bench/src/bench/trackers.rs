@@ -48,7 +48,7 @@ impl Patchlock {
         }
         let config = with_seed(configuration, seed);
         config.validate().map_err(|error| Error::Subject(error.to_string()))?;
-        Ok(Self { config, pool: session::pool(Some(threads))?, session: None })
+        Ok(Self { config, pool: session::pool(Some(threads))?, tracker: None })
     }
 
     /// The estimate of the latest frame; `None` before the first one.

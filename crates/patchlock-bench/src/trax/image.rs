@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
-use patchlock_media::{Picture, Pixels, image_file};
+use patchlock_media::{Limits, Picture, Pixels, image_file};
 
 use patchlock_track::names::beginning;
 
@@ -63,7 +63,7 @@ impl Image {
             Self::Memory(picture) => Ok(picture),
             Self::Path(file) => image_file::load(&file)
                 .map_err(|error| format!("cannot read the image {}: {error}", shown(&file))),
-            Self::Buffer(bytes) => image_file::decode(&bytes)
+            Self::Buffer(bytes) => image_file::decode(&bytes, Limits::default())
                 .map_err(|error| format!("cannot decode the image: {error}")),
         }
     }

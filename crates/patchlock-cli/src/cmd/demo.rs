@@ -8,7 +8,7 @@ use std::sync::Arc;
 use anyhow::{Context, Result};
 use clap::Args;
 use patchlock::{BoundingBox, Status, TrackerConfig};
-use patchlock_media::{Error, FrameRate, FrameSource, Mp4Writer, Picture, Prefetcher};
+use patchlock_media::{Error, FrameRate, FrameSource, Mp4Writer, Picture, Prefetcher, SourceInfo};
 use patchlock_scene::Scene;
 use patchlock_track::files;
 
@@ -164,12 +164,9 @@ fn begin(out: &Path, scene: &Scene, targets: &Targets) -> Result<(Run, DemoOutpu
 struct SceneSource(Scene);
 
 impl FrameSource for SceneSource {
-    fn length(&self) -> Option<usize> {
-        Some(self.0.len())
-    }
-
-    fn rate(&self) -> Option<FrameRate> {
-        Some(FrameRate::DEFAULT)
+    fn info(&self) -> SourceInfo {
+        let (length, rate) = (Some(self.0.len()), Some(FrameRate::DEFAULT));
+        SourceInfo { length, rate, sound: false }
     }
 
     fn frame(&mut self, index: usize) -> Result<Option<Picture>, Error> {

@@ -10,7 +10,7 @@ use anyhow::{Error, Result};
 use clap::{ArgGroup, Args};
 use patchlock::Method;
 use patchlock_media::live::Address;
-use patchlock_media::{Feed, FrameRate, Limits, Order, Picture, Prefetcher};
+use patchlock_media::{Feed, FrameRate, Limits, Order, Picture, Prefetcher, SourceInfo};
 use patchlock_studio::project::Store;
 use patchlock_studio::server::window::Window;
 
@@ -436,7 +436,7 @@ impl InputSource {
             return Ok(Self { feed, length, rate, sound, first, is_live, live_since });
         }
         let source = patchlock_media::open_within(&args.source, args.reverse, limits)?;
-        let (length, rate, sound) = (source.length(), source.rate(), source.has_sound());
+        let SourceInfo { length, rate, sound } = source.info();
         let mut indices = order.indices(length)?.peekable();
         let first = indices.peek().copied().unwrap_or(order.start);
         let feed = Feed::File(Prefetcher::start(source, indices));

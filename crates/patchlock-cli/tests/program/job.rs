@@ -91,6 +91,7 @@ fn clip(path: &Path, clip: Clip, config: &TrackerConfig) -> Job {
         side_by_side: 1,
         patience: std::time::Duration::from_secs(1),
         paths: ModelPaths::default(),
+        video: None,
     }
 }
 

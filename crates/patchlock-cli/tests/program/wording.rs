@@ -9,7 +9,6 @@ use std::io;
 use std::iter::successors;
 
 use patchlock::NetworkError;
-use patchlock_media::image_file::LoadError;
 use patchlock_media::{Container, FrameFault, Limits, RangeError, SizeLimitError};
 use patchlock_studio::project;
 
@@ -56,23 +55,23 @@ fn next_media(error: &patchlock_media::Error) -> Option<patchlock_media::Error> 
             Some(next) => next.into(),
             None => Error::Missing { name },
         },
-        Error::Missing { .. } => Error::Endless { path: "p".into() },
-        Error::Endless { .. } => Error::NoImages { folder: "f".into(), inner: None },
+        Error::Missing { .. } => Error::Endless("p".into()),
+        Error::Endless(_) => Error::NoImages { folder: "f".into(), inner: None },
         Error::NoImages { inner: None, .. } => {
             Error::NoImages { folder: "f".into(), inner: Some("f/img".into()) }
         }
         Error::NoImages { inner: Some(_), .. } => Error::NoMatch { pattern: name, is_glob: false },
         Error::NoMatch { is_glob: false, .. } => Error::NoMatch { pattern: name, is_glob: true },
-        Error::NoMatch { is_glob: true, .. } => Error::NoVideo { name },
-        Error::NoVideo { .. } => Error::Playlist { path: "v".into() },
-        Error::Playlist { .. } => Error::NoFrames,
+        Error::NoMatch { is_glob: true, .. } => Error::NoVideo(name),
+        Error::NoVideo(_) => Error::Playlist("v".into()),
+        Error::Playlist(_) => Error::NoFrames,
         Error::NoFrames => Error::TooLarge { what: name, size },
         Error::TooLarge { .. } => Error::TooManyPixels { name, limit: Limits::DEFAULT_PIXELS },
         Error::TooManyPixels { .. } => Error::FfmpegMissing { path: "v".into(), reason },
         Error::FfmpegMissing { .. } => Error::Unreadable { name, container: None, reason },
         Error::Unreadable { container, .. } => match next_container(*container) {
             Some(next) => Error::Unreadable { name, container: Some(next), reason },
-            None => Error::Image { index: 1, file: "1.png".into(), reason: LoadError::Empty },
+            None => Error::Image { index: 1, file: "1.png".into(), reason },
         },
         Error::Image { .. } => frame(FrameFault::Unreadable),
         Error::Frame { fault, .. } => match next_fault(*fault) {
@@ -80,13 +79,11 @@ fn next_media(error: &patchlock_media::Error) -> Option<patchlock_media::Error> 
             None => Error::DecoderEnded { after: None },
         },
         Error::DecoderEnded { .. } => Error::StreamEnd { name, reason },
-        Error::StreamEnd { .. } => {
-            Error::StreamCopy { name, folder: "tmp".into(), reason: io_error() }
-        }
+        Error::StreamEnd { .. } => Error::StreamCopy { name, folder: "tmp".into(), reason },
         Error::StreamCopy { .. } => Error::Write(io_error()),
         Error::Write(_) => Error::Encode(reason),
-        Error::Encode(_) => Error::Scheme { name },
-        Error::Scheme { .. } => Error::NotLive { name, is_camera: false, reason },
+        Error::Encode(_) => Error::Scheme(name),
+        Error::Scheme(_) => Error::NotLive { name, is_camera: false, reason },
         Error::NotLive { is_camera: false, .. } => Error::NotLive { name, is_camera: true, reason },
         Error::NotLive { is_camera: true, .. } => Error::AddressList { name, format: reason },
         Error::AddressList { .. } => Error::Gone { name, reason },

@@ -75,9 +75,10 @@ impl Task {
     pub fn spawn(&self, command: &mut Command) -> Result<Child, Error> {
         let started = self.program.spawn(command, &self.path, self.limits);
         started.map_err(|error| match error.kind() {
-            io::ErrorKind::NotFound => {
-                Error::FfmpegMissing { path: self.path.clone(), reason: self.reason.clone() }
-            }
+            io::ErrorKind::NotFound => Error::FfmpegMissing {
+                path: self.path.display().to_string(),
+                reason: self.reason.clone(),
+            },
             _ => Error::unreadable(self.name(), format!("ffmpeg does not start: {error}")),
         })
     }

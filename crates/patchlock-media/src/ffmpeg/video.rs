@@ -8,7 +8,7 @@ use super::decoder_log::LogMessage;
 use super::process::{DecodeRun, Frames, Packets, Task};
 use crate::source::count_by_reading;
 use crate::y4m::Header;
-use crate::{Error, FrameFault, FrameRate, FrameSource, Note, Picture};
+use crate::{Error, FrameFault, FrameRate, FrameSource, Note, Picture, SourceInfo};
 
 /// Frames kept when reading backwards, if they are not too large.
 const BACKWARD_WINDOW: usize = 32;
@@ -418,20 +418,13 @@ fn numbered(error: Error, index: usize) -> Error {
 }
 
 impl FrameSource for Video {
-    fn length(&self) -> Option<usize> {
-        self.length
-    }
-
     /// ffmpeg counts the shortest distance of two frames, as 100 per second in an uneven GIF. If the
     /// average differs from that, it counts.
-    fn rate(&self) -> Option<FrameRate> {
+    fn info(&self) -> SourceInfo {
         let told = self.header.rate;
         let is_far = |mean: &FrameRate| told.is_none_or(|told| mean.time(100) > told.time(101));
-        self.info.mean_rate.filter(is_far).or(told)
-    }
-
-    fn has_sound(&self) -> bool {
-        self.info.sound
+        let rate = self.info.mean_rate.filter(is_far).or(told);
+        SourceInfo { length: self.length, rate, sound: self.info.sound }
     }
 
     fn notes(&mut self) -> Vec<Note> {

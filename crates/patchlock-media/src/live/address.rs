@@ -127,7 +127,7 @@ impl Address {
         match SCHEMES.iter().find(|known| known.name.eq_ignore_ascii_case(scheme)) {
             Some(known) => of(Kind::Network(known)),
             None if path.exists() => Ok(None),
-            None => Err(Error::Scheme { name: without_password(text) }),
+            None => Err(Error::Scheme(without_password(text))),
         }
     }
 

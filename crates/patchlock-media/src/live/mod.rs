@@ -39,12 +39,6 @@ impl Options {
     pub const RECONNECT: Duration = Duration::from_secs(60);
 }
 
-impl Default for Options {
-    fn default() -> Self {
-        Self { limits: Limits::default(), start: 0, end: None, reconnect: Self::RECONNECT }
-    }
-}
-
 /// The pauses between attempts to open a lost stream: the first, and the longest.
 const PAUSES: [Duration; 2] = [Duration::from_millis(500), Duration::from_secs(8)];
 

@@ -197,10 +197,9 @@ impl Task {
 
     fn cannot_start(&self, error: io::Error) -> Error {
         match error.kind() {
-            io::ErrorKind::NotFound => Error::FfmpegMissing {
-                path: self.address.shown().into(),
-                reason: Error::LIVE.to_string(),
-            },
+            io::ErrorKind::NotFound => {
+                Error::FfmpegMissing { path: self.address.shown(), reason: Error::LIVE.to_string() }
+            }
             _ => self.cannot_open(format!("ffmpeg does not start: {error}")),
         }
     }

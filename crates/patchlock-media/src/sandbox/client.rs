@@ -13,13 +13,13 @@ use rustix::io::{read, retry_on_intr};
 use rustix::pipe::fcntl_setpipe_size;
 use tempfile::TempDir;
 
-use super::wire::{self, Kind, Reply, Request, SourceInfo};
+use super::wire::{self, Kind, Reply, Request};
 use crate::child::{ChildGuard, own_process_group};
 use crate::confine::{self, SandboxPolicy};
 use crate::find::OpenedSource;
 use crate::image_file::is_image;
 use crate::limits::{self, Limits, MOST_FRAMES};
-use crate::{Error, FrameFault, FrameRate, FrameSource, Helper, Note, Picture, Pixels};
+use crate::{Error, FrameFault, FrameRate, FrameSource, Helper, Note, Picture, Pixels, SourceInfo};
 
 /// What the pipe holds, if the system allows it: a frame of 640 x 480 pixels.
 const PIPE: usize = 1 << 20;
@@ -31,8 +31,8 @@ pub fn find(name: &OsStr, reverse: bool, limits: Limits) -> Option<Result<Opened
     let request = OpenRequest { helper, name: name.to_os_string(), reverse, limits };
     let mut session = Session::start(&request).ok()?;
     Some(session.open(&request).map(|opened| match opened {
-        OpenedSource::Source(info) => {
-            OpenedSource::source(Source { request, info, session: Some(session) })
+        OpenedSource::Source((info, notes)) => {
+            OpenedSource::source(Source { request, info, notes, session: Some(session) })
         }
         OpenedSource::ForFfmpeg { reason, times } => OpenedSource::ForFfmpeg { reason, times },
     }))
@@ -77,29 +77,25 @@ impl OpenRequest {
 /// What a reader says, or the error of a helper that has failed.
 type Answer<T> = io::Result<Result<T, Error>>;
 
+/// What a helper has opened, with what a user should know of it.
+type OpenedFile = OpenedSource<(SourceInfo, Vec<Note>)>;
+
 /// A file that a helper decodes.
 struct Source {
     request: OpenRequest,
     info: SourceInfo,
+    notes: Vec<Note>,
     /// `None` after the helper has failed. The next frame starts another one.
     session: Option<Session>,
 }
 
 impl FrameSource for Source {
-    fn length(&self) -> Option<usize> {
-        self.info.length
-    }
-
-    fn rate(&self) -> Option<FrameRate> {
-        self.info.rate
-    }
-
-    fn has_sound(&self) -> bool {
-        self.info.sound
+    fn info(&self) -> SourceInfo {
+        self.info
     }
 
     fn notes(&mut self) -> Vec<Note> {
-        std::mem::take(&mut self.info.notes)
+        std::mem::take(&mut self.notes)
     }
 
     fn announce(&mut self, first: usize, span: usize) {
@@ -153,7 +149,7 @@ impl Session {
         };
         let mut child = confine::spawn(&mut command, &policy)?;
         let (input, output) = (child.stdin.take(), child.stdout.take());
-        let process = ChildGuard::leader(child);
+        let process = ChildGuard::new(child);
         let (Some(input), Some(output)) = (input, output) else {
             return Err(io::Error::other("it has no pipes"));
         };
@@ -168,21 +164,21 @@ impl Session {
         Ok(Self { process, input, output, _folder: folder })
     }
 
-    fn open(&mut self, request: &OpenRequest) -> Result<OpenedSource<SourceInfo>, Error> {
+    fn open(&mut self, request: &OpenRequest) -> Result<OpenedFile, Error> {
         self.try_open(request)
             .unwrap_or_else(|error| Err(Error::unreadable(request.shown(), self.lost(&error))))
     }
 
-    fn try_open(&mut self, request: &OpenRequest) -> Answer<OpenedSource<SourceInfo>> {
+    fn try_open(&mut self, request: &OpenRequest) -> Answer<OpenedFile> {
         let (name, reverse) = (request.name.clone(), request.reverse);
         let open = Request::Open { name, reverse, pixels: request.limits.pixels };
         match self.ask(&open)? {
-            Reply::Opened(info) => {
+            Reply::Opened { info, notes } => {
                 if info.length.is_some_and(|length| length > MOST_FRAMES) {
                     return Err(nonsense());
                 }
                 let rate = info.rate.and_then(|rate| FrameRate::new(rate.frames, rate.seconds));
-                Ok(Ok(OpenedSource::Source(SourceInfo { rate, ..info })))
+                Ok(Ok(OpenedSource::Source((SourceInfo { rate, ..info }, notes))))
             }
             Reply::ForFfmpeg { reason, times } => {
                 let bytes = fs::metadata(&request.name)?.len();
@@ -193,7 +189,7 @@ impl Session {
                 };
                 Ok(Ok(OpenedSource::ForFfmpeg { reason, times }))
             }
-            Reply::Failed(wire_error) => Ok(Err(wire_error.into())),
+            Reply::Failed(error) => Ok(Err(error)),
             Reply::Frame { .. } | Reply::End => Err(nonsense()),
         }
     }
@@ -202,8 +198,8 @@ impl Session {
         let (width, height, kind, time) = match self.ask(&Request::Frame(index))? {
             Reply::Frame { width, height, kind, time } => (width, height, kind, time),
             Reply::End => return Ok(Ok(None)),
-            Reply::Failed(wire_error) => return Ok(Err(wire_error.into())),
-            Reply::Opened(_) | Reply::ForFfmpeg { .. } => return Err(nonsense()),
+            Reply::Failed(error) => return Ok(Err(error)),
+            Reply::Opened { .. } | Reply::ForFfmpeg { .. } => return Err(nonsense()),
         };
         if width == 0 || height == 0 || limits.check(width, height).is_err() {
             return Err(nonsense());
@@ -301,7 +297,6 @@ mod tests {
     use super::*;
     use crate::confine::tests::files_are_kept;
     use crate::open_within;
-    use crate::sandbox::wire_error::WireError;
 
     const HELLO: &str = "printf 'patchlock helper'";
 
@@ -419,13 +414,12 @@ mod tests {
         };
         let opened = |length| {
             let (length, rate) = (Some(length), Some(FrameRate { frames: 0, seconds: 0 }));
-            Reply::Opened(SourceInfo { length, rate, sound: true, notes: Vec::new() })
+            Reply::Opened { info: SourceInfo { length, rate, sound: true }, notes: Vec::new() }
         };
         let frame = |width, height| Reply::Frame { width, height, kind: Kind::Rgb8, time: None };
         let times = Reply::ForFfmpeg { reason: "is odd".into(), times: Some(1 << 40) };
-        let path = OsString::from("a");
-        let wire_error = Reply::Failed(WireError::Endless { path });
-        assert_eq!(said(slice::from_ref(&wire_error), &[]), "a is a pipe or a device, not a file");
+        let failed = Reply::Failed(Error::Endless("a".into()));
+        assert_eq!(said(slice::from_ref(&failed), &[]), "a is a pipe or a device, not a file");
         let lies: [(&[Reply], &[u8]); 7] = [
             (&[opened(usize::MAX)], &[]),
             (&[times], &[]),

@@ -4,8 +4,7 @@ use std::fs::File;
 use std::io::{self, Write};
 use std::os::fd::AsFd;
 
-use super::wire::{self, Kind, Reply, Request, SourceInfo};
-use super::wire_error::WireError;
+use super::wire::{self, Kind, Reply, Request};
 use crate::find::{OpenedSource, find_guarded};
 use crate::{Error, Limits, Picture, Pixels, ffmpeg, guard};
 
@@ -34,7 +33,7 @@ pub fn serve() -> io::Result<()> {
     });
     let limits = Limits { pixels, helper: None };
     let program = ffmpeg::Program { is_of_group: true, ..ffmpeg::Program::default() };
-    let mut source = match find_guarded(&name, reverse, limits, program) {
+    let mut source = match find_guarded(&name, reverse, limits, Some(program)) {
         Ok(OpenedSource::Source(source)) => source,
         Ok(OpenedSource::ForFfmpeg { reason, times }) => {
             let reply = Reply::ForFfmpeg { reason, times: times.as_ref().map(Vec::len) };
@@ -42,21 +41,14 @@ pub fn serve() -> io::Result<()> {
             let times: Vec<u8> = times.into_iter().flat_map(i64::to_ne_bytes).collect();
             return wire::send(&mut output, &reply, &times);
         }
-        Err(error) => {
-            let wire_error = WireError::of(error, &name.to_string_lossy());
-            return wire::send(&mut output, &Reply::Failed(wire_error), &[]);
-        }
+        Err(error) => return wire::send(&mut output, &Reply::Failed(error), &[]),
     };
-    let (length, rate, sound) = (source.length(), source.rate(), source.has_sound());
-    let info = SourceInfo { length, rate, sound, notes: source.notes() };
-    wire::send(&mut output, &Reply::Opened(info), &[])?;
+    let (info, notes) = (source.info(), source.notes());
+    wire::send(&mut output, &Reply::Opened { info, notes }, &[])?;
     loop {
         match wire::receive(&mut input) {
             Ok(Request::Announce { first, span }) => source.announce(first, span),
-            Ok(Request::Frame(index)) => {
-                let frame = source.frame(index);
-                answer(&mut output, frame, &name.to_string_lossy())?;
-            }
+            Ok(Request::Frame(index)) => answer(&mut output, source.frame(index))?,
             Ok(Request::Open { .. }) => return Err(io::ErrorKind::InvalidData.into()),
             Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => return Ok(()),
             Err(error) => return Err(error),
@@ -64,11 +56,11 @@ pub fn serve() -> io::Result<()> {
     }
 }
 
-fn answer(output: &mut File, frame: Result<Option<Picture>, Error>, name: &str) -> io::Result<()> {
+fn answer(output: &mut File, frame: Result<Option<Picture>, Error>) -> io::Result<()> {
     let Picture { width, height, pixels, time } = match frame {
         Ok(Some(picture)) => picture,
         Ok(None) => return wire::send(output, &Reply::End, &[]),
-        Err(error) => return wire::send(output, &Reply::Failed(WireError::of(error, name)), &[]),
+        Err(error) => return wire::send(output, &Reply::Failed(error), &[]),
     };
     let head = |kind| Reply::Frame { width, height, kind, time };
     match pixels {

@@ -8,8 +8,7 @@ use std::io::{self, IoSlice, Read, Write};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use super::wire_error::WireError;
-use crate::{FrameRate, Note};
+use crate::{Error, Note, SourceInfo};
 
 /// The first bytes of a helper, before it has opened anything.
 pub const HELLO: [u8; 16] = *b"patchlock helper";
@@ -25,7 +24,10 @@ pub enum Request {
 
 #[derive(Serialize, Deserialize)]
 pub enum Reply {
-    Opened(SourceInfo),
+    Opened {
+        info: SourceInfo,
+        notes: Vec<Note>,
+    },
     /// So many times follow, if there are any.
     ForFfmpeg {
         reason: String,
@@ -39,16 +41,7 @@ pub enum Reply {
         time: Option<f64>,
     },
     End,
-    Failed(WireError),
-}
-
-/// What is known of a source once it is open.
-#[derive(Serialize, Deserialize)]
-pub struct SourceInfo {
-    pub length: Option<usize>,
-    pub rate: Option<FrameRate>,
-    pub sound: bool,
-    pub notes: Vec<Note>,
+    Failed(Error),
 }
 
 /// What pixels are.

@@ -11,9 +11,7 @@ pub fn media(error: &patchlock_media::Error) -> Option<String> {
             "scale the video down, or start the studio with a higher limit of pixels"
         }
         Error::Missing { .. } => "check that the file has not been moved or removed",
-        Error::Endless { .. } | Error::NoVideo { .. } | Error::Playlist { .. } => {
-            "open a file with a video"
-        }
+        Error::Endless(_) | Error::NoVideo(_) | Error::Playlist(_) => "open a file with a video",
         // Without the file, the later frames would have other numbers than in the project.
         Error::Image { .. } => "replace that file",
         _ => return error.advice(),

@@ -237,7 +237,7 @@ impl Follower {
     }
 
     fn follow(&mut self, number: usize, jpeg: &[u8]) -> Result<Value, Refusal> {
-        let picture = image_file::decode_within(jpeg, self.app.options.limits);
+        let picture = image_file::decode(jpeg, self.app.options.limits);
         let picture = picture.map_err(|error| Refusal::bad(format!("not a picture: {error}")))?;
         let begun = Instant::now();
         let found = self.estimates(&picture)?;

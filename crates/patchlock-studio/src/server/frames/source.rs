@@ -53,18 +53,16 @@ impl Source {
 
 #[cfg(test)]
 mod tests {
+    use patchlock_media::SourceInfo;
+
     use super::*;
 
     /// A video without frames.
     struct EmptyVideo;
 
     impl FrameSource for EmptyVideo {
-        fn length(&self) -> Option<usize> {
-            Some(0)
-        }
-
-        fn rate(&self) -> Option<patchlock_media::FrameRate> {
-            None
+        fn info(&self) -> SourceInfo {
+            SourceInfo { length: Some(0), ..SourceInfo::default() }
         }
 
         fn frame(&mut self, _: usize) -> Result<Option<Picture>, Error> {
