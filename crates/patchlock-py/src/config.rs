@@ -262,7 +262,8 @@ impl Group {
             "robust" => Bound::new(py, group.add_subclass(RobustConfig))?.into_any(),
             "paper" => Bound::new(py, group.add_subclass(PaperConfig))?.into_any(),
             "network" => Bound::new(py, group.add_subclass(NetworkConfig))?.into_any(),
-            _ => Bound::new(py, group.add_subclass(PatchModelConfig))?.into_any(),
+            PATCHES => Bound::new(py, group.add_subclass(PatchModelConfig))?.into_any(),
+            _ => Bound::new(py, group)?.into_any(),
         })
     }
 }
