@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Builds the Python package, installs it into a virtual environment and tests it there: types, stubs,
 # behaviour, and other toolkits. `check.sh short` tests only the behaviour, without slow tests, and installs no
-# toolkits.
+# toolkits; it writes the stubs again, which the whole form only compares.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 root=$(cd "$here/../.." && pwd)
@@ -10,6 +10,7 @@ venv=$root/target/python-venv
 if [ "${1-}" = short ]; then
     "$here/setup.sh"
     [ -x "$venv/bin/pytest" ] || exit 0 # prepare.sh has printed the reason
+    "$venv/bin/python" "$here/stubs.py"
     cd "$root/crates/patchlock-py"
     exec "$venv/bin/python" -m pytest --quiet tests
 fi

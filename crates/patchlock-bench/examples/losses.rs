@@ -27,7 +27,7 @@ use std::error::Error;
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
-use patchlock::{BoundingBox, Estimate, Frame, Method, Preset, Status, Tracker, TrackerConfig};
+use patchlock::{BoundingBox, Estimate, Frame, Preset, Status, Tracker, TrackerConfig, Value};
 use patchlock_bench::protocol::HIT_OVERLAP;
 use patchlock_scene::{Absences, Scene, SceneConfig, Truth};
 
@@ -133,9 +133,9 @@ fn track(scene: &Scene, config: &TrackerConfig) -> Result<Counts, patchlock::Err
         counts.time += begin.elapsed();
         records.push(counts.add(estimate, truth));
     }
-    let trial = match &config.method {
-        Method::Robust(config) => config.trial,
-        Method::Paper(_) | Method::Network(_) => 0,
+    let trial = match config.get("trial") {
+        Ok(Value::Whole(frames)) => frames as usize,
+        _ => 0,
     };
     for absence in absences(&records) {
         counts.add_absence(&records, absence, RETURN_FRAMES + trial);

@@ -160,7 +160,7 @@ impl Targets {
             };
             if followed.len() > most {
                 let all: BTreeSet<u64> = self.starts().map(|(_, id)| id).collect();
-                return Err(too_many(most, all.len(), megabytes(method)));
+                return Err(too_many(most, all.len(), method.info().megabytes));
             }
         }
         Ok(())
@@ -192,15 +192,6 @@ impl Targets {
             Some(event) => Err(untracked(event.frame.unwrap_or(0), event.id)),
             None => Ok(()),
         }
-    }
-}
-
-/// Megabytes that a target takes with the default settings of a method.
-fn megabytes(method: &Method) -> usize {
-    match method {
-        Method::Robust(_) => 1,
-        Method::Network(_) => 5,
-        Method::Paper(_) => 20,
     }
 }
 

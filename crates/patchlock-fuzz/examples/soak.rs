@@ -10,8 +10,8 @@ use std::ops::Range;
 use std::process::ExitCode;
 use std::{env, fmt};
 
-use patchlock::{BoundingBox, Frame, Method, Preset, Tracker, TrackerConfig};
-use patchlock_fuzz::Studio;
+use patchlock::{BoundingBox, Frame, Tracker, TrackerConfig};
+use patchlock_fuzz::{Studio, quick};
 use peak_alloc::PeakAlloc;
 
 #[global_allocator]
@@ -57,13 +57,9 @@ fn main() -> ExitCode {
 
 /// A preset that is fast enough for many frames.
 fn config(preset: &str) -> Option<TrackerConfig> {
-    let mut config = TrackerConfig::from(preset.parse::<Preset>().ok()?);
-    match &mut config.method {
-        Method::Robust(robust) => robust.patch = 32.0,
-        Method::Paper(paper) => (paper.particles, paper.patches.small_step) = (12, 8),
-        Method::Network(_) => config.network = Some(patchlock_fuzz::made_up_network()),
-    }
-    Some(config)
+    let small =
+        [("robust", "patch", 32.0), ("paper", "particles", 12.0), ("paper", "small_step", 8.0)];
+    Some(quick(preset.parse().ok()?, &small))
 }
 
 /// A bright target that moves to and fro over texture. For a while it looks different, and at the

@@ -28,7 +28,7 @@ mod trax;
 
 pub use folder::folder;
 pub use labels::labels;
-pub use library::{UPDATES, library};
+pub use library::{UPDATES, library, quick};
 pub use media::{h264, images, mp4, y4m};
 pub use model::model;
 pub use project::project;

@@ -5,8 +5,8 @@ use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 use arbitrary::{Arbitrary, Unstructured};
 use patchlock::{
-    BoundingBox, Error, Estimate, Frame, Kind, Method, MultiTracker, PARAMETERS, Parameter, Preset,
-    Range, Snapshot, Tracker, TrackerConfig, Value,
+    BoundingBox, Error, Estimate, Frame, Kind, Method, MultiTracker, NetworkUse, PARAMETERS,
+    Parameter, Preset, Range, Snapshot, Tracker, TrackerConfig, Value,
 };
 
 use crate::check::{accepted, estimate, said, through_text};
@@ -53,12 +53,12 @@ fn has_few_patches(config: &TrackerConfig) -> bool {
         .all(|(patch, step)| ((model.template_side - patch) / step + 1).pow(2) <= PATCHES)
 }
 
-/// Frames of an input, at most: those of `paper` take far longer.
+/// Frames of an input, at most: those of `robust` take far less time.
 fn most_frames(method: &Method) -> u32 {
-    match method {
-        Method::Robust(_) => 160,
-        Method::Paper(_) => 10,
-        Method::Network(_) => 20,
+    match method.name() {
+        "robust" => 160,
+        "paper" => 10,
+        _ => 20,
     }
 }
 
@@ -72,14 +72,31 @@ pub fn is_quick(config: &TrackerConfig) -> bool {
     })
 }
 
+/// The settings of a preset with those rows that are meant for it, and with the made-up network if it
+/// needs one. A row is the method or the group that it is meant for, a setting, and its value.
+pub fn quick(preset: Preset, rows: &[(&str, &str, f64)]) -> TrackerConfig {
+    let mut config = TrackerConfig::from(preset);
+    for (meant_for, name, number) in rows {
+        let row = Parameter::named(name).expect("is a setting");
+        let is_meant = [preset.info().name, row.group].contains(meant_for);
+        if is_meant && row.is_used_by(&config.method) {
+            let value = match row.kind {
+                Kind::Whole => Value::from(*number as i64),
+                _ => Value::from(*number),
+            };
+            config.set(name, value).expect("is within its range");
+        }
+    }
+    if preset.info().network == NetworkUse::Required {
+        config.network = Some(made_up_network());
+    }
+    config
+}
+
 /// The settings of a preset, with a small patch where the method has one: it is fast enough for
 /// many frames.
 pub fn small(preset: Preset) -> TrackerConfig {
-    let mut config = TrackerConfig::from(preset);
-    if let Method::Robust(robust) = &mut config.method {
-        robust.patch = 32.0;
-    }
-    config
+    quick(preset, &[("robust", "patch", 32.0)])
 }
 
 /// A grey picture of a bright square on a gradient with some texture.
@@ -216,21 +233,18 @@ impl Plan {
     /// The configuration, without those changes that do not fit the others.
     fn config(&self) -> TrackerConfig {
         let preset = Preset::ALL[usize::from(self.preset) % Preset::ALL.len()];
-        let mut config = TrackerConfig::from(preset);
-        match &mut config.method {
-            Method::Robust(robust) => {
-                robust.patch = 64.0;
-                (robust.patches.update_interval, robust.patches.small_update_interval) = (2, 3);
-                // Every other round over the presets has a network.
-                if usize::from(self.preset) / Preset::ALL.len() % 2 == 1 {
-                    config.network = Some(made_up_network());
-                }
-            }
-            Method::Paper(paper) => {
-                (paper.particles, paper.patches.small_step) = (30, 8);
-                (paper.patches.update_interval, paper.patches.small_update_interval) = (2, 3);
-            }
-            Method::Network(_) => config.network = Some(made_up_network()),
+        let rows = [
+            ("robust", "patch", 64.0),
+            ("paper", "particles", 30.0),
+            ("paper", "small_step", 8.0),
+            ("patches", "update_interval", 2.0),
+            ("patches", "small_update_interval", 3.0),
+        ];
+        let mut config = quick(preset, &rows);
+        // Every other round over the presets has a network.
+        let is_other_round = usize::from(self.preset) / Preset::ALL.len() % 2 == 1;
+        if is_other_round && preset.info().network == NetworkUse::Optional {
+            config.network = Some(made_up_network());
         }
         for change in self.changes.iter().take(12) {
             let row = &PARAMETERS[usize::from(change.row) % PARAMETERS.len()];

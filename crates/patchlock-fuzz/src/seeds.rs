@@ -7,19 +7,16 @@ use std::iter;
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
 use image::{DynamicImage, ImageFormat};
-use patchlock::{
-    BoundingBox, Frame, Method, MultiTracker, PatchModelConfig, Preset, Status, Tracker,
-    TrackerConfig,
-};
+use patchlock::{BoundingBox, Frame, MultiTracker, Preset, Status, Tracker, TrackerConfig};
 use patchlock_media::{FrameRate, Mp4Writer};
 use patchlock_studio::project::{Edit, Store};
 use patchlock_track::export::{self, Entry, Track};
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use crate::library::{pattern, small};
+use crate::library::{pattern, quick};
 use crate::scratch::Scratch;
-use crate::{MADE_UP, SEPARATOR, made_up_network};
+use crate::{MADE_UP, SEPARATOR};
 
 /// The seeds of a surface; none for a name that is not one.
 pub fn seeds(surface: &str) -> Vec<Vec<u8>> {
@@ -311,20 +308,25 @@ fn settings() -> Vec<Vec<u8>> {
     all
 }
 
-/// A tracker of a preset, with small patches, after a few updates on frames of 40 x 32 pixels.
+/// Few scales and particles, and few small patches.
+const SMALL: &[(&str, &str, f64)] = &[
+    ("robust", "patch", 32.0),
+    ("robust", "scale_count", 5.0),
+    ("paper", "particles", 20.0),
+    ("patches", "template_side", 8.0),
+    ("patches", "templates", 3.0),
+    ("patches", "large_patch", 4.0),
+    ("patches", "small_patch", 4.0),
+    ("patches", "small_step", 4.0),
+    ("patches", "update_interval", 2.0),
+    ("patches", "small_update_interval", 3.0),
+    ("patches", "buffer", 2.0),
+    ("patches", "subspace_vectors", 3.0),
+];
+
+/// A tracker of a preset, with [`SMALL`] settings, after a few updates on frames of 40 x 32 pixels.
 fn tracker(preset: Preset, updates: u8) -> Tracker {
-    let mut config = small(preset);
-    match &mut config.method {
-        Method::Robust(robust) => {
-            robust.scale_count = 5;
-            shrink(&mut robust.patches);
-        }
-        Method::Paper(paper) => {
-            paper.particles = 20;
-            shrink(&mut paper.patches);
-        }
-        Method::Network(_) => config.network = Some(made_up_network()),
-    }
+    let config = quick(preset, SMALL);
     let pixels = |k: u8| pattern(40, 32, k + 3);
     let first = pixels(0);
     let frame = Frame::grey8(&first, 40, 32).expect("is a frame");
@@ -335,13 +337,6 @@ fn tracker(preset: Preset, updates: u8) -> Tracker {
         tracker.update(&frame).expect("tracks");
     }
     tracker
-}
-
-fn shrink(patches: &mut PatchModelConfig) {
-    (patches.template_side, patches.templates) = (8, 3);
-    (patches.large_patch, patches.small_patch, patches.small_step) = (4, 4, 4);
-    (patches.update_interval, patches.small_update_interval) = (2, 3);
-    (patches.buffer, patches.subspace_vectors) = (2, 3);
 }
 
 const TARGET: BoundingBox = BoundingBox { x: 4.0, y: 2.0, w: 14.0, h: 11.0 };

@@ -3,7 +3,9 @@
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use patchlock::{Error, Method, NetworkError, PARAMETERS, Parameter, Preset, TrackerConfig, Value};
+use patchlock::{
+    Error, Method, NetworkError, NetworkUse, PARAMETERS, Parameter, Preset, TrackerConfig, Value,
+};
 use patchlock_track::names::near_matches;
 use patchlock_track::{ModelPaths, settings};
 use pyo3::exceptions::{PyAttributeError, PyTypeError, PyValueError};
@@ -258,7 +260,8 @@ impl Group {
             "robust" => Bound::new(py, group.add_subclass(RobustConfig))?.into_any(),
             "paper" => Bound::new(py, group.add_subclass(PaperConfig))?.into_any(),
             "network" => Bound::new(py, group.add_subclass(NetworkConfig))?.into_any(),
-            _ => Bound::new(py, group.add_subclass(PatchModelConfig))?.into_any(),
+            PATCHES => Bound::new(py, group.add_subclass(PatchModelConfig))?.into_any(),
+            _ => Bound::new(py, group)?.into_any(),
         })
     }
 }
@@ -267,7 +270,7 @@ impl Group {
 impl Group {
     fn __getattr__<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
         let config = self.lock();
-        if let Some(inner) = groups(self.name).iter().find(|inner| **inner == name) {
+        if let Some(inner) = groups(&config, self.name).iter().find(|inner| **inner == name) {
             if *inner != PATCHES && *inner != config.method.name() {
                 return Err(PyAttributeError::new_err(other_method(inner, &config)));
             }
@@ -280,7 +283,7 @@ impl Group {
 
     fn __setattr__(&self, name: &str, value: &Bound<'_, PyAny>) -> PyResult<()> {
         let mut config = self.lock();
-        if groups(self.name).contains(&name) {
+        if groups(&config, self.name).contains(&name) {
             let message = format!("{name} is a group of settings; change them one by one");
             return Err(PyAttributeError::new_err(message));
         }
@@ -342,7 +345,8 @@ pub fn checked_config(
     let arguments: Vec<&str> = arguments.iter().flatten().map(String::as_str).collect();
     let settings = chosen(py, (config, preset), (model, runtime), (settings, &arguments))?;
     settings.config.validate().map_err(errors::of_tracker)?;
-    if matches!(settings.config.method, Method::Network(_)) && settings.model.is_none() {
+    let network = settings.config.method.info().network;
+    if network == NetworkUse::Required && settings.model.is_none() {
         return Err(errors::of_tracker(NetworkError::None.into()));
     }
     Ok(Config::of(settings))
@@ -422,13 +426,18 @@ fn change(
 ) -> PyResult<()> {
     config.set(parameter.name, to_value(parameter, value)?).map_err(|error| match error {
         Error::SettingKind { .. } => wrong_kind(parameter, value),
-        error @ Error::UnusedSetting { owner, .. } => {
-            // Of the methods with a patch model, the default one.
-            let preset = if owner == PATCHES { "robust" } else { owner };
+        error @ Error::UnusedSetting { .. } => {
+            let preset = owner(parameter);
             PyValueError::new_err(format!("{error} (preset=\"{preset}\" chooses it)"))
         }
         error => errors::of_value(error),
     })
+}
+
+/// The first preset whose method uses a setting.
+fn owner(parameter: &Parameter) -> Preset {
+    let uses = |preset: &Preset| parameter.is_used_by(&TrackerConfig::from(*preset).method);
+    Preset::ALL.into_iter().find(uses).unwrap_or_default()
 }
 
 /// The preset of the method that settings differ from least, and the settings that differ.
@@ -452,10 +461,10 @@ fn used(config: &TrackerConfig) -> impl Iterator<Item = (&'static Parameter, Val
 }
 
 /// The groups directly in a group; the empty name is that of the whole configuration.
-fn groups(group: &str) -> &'static [&'static str] {
+fn groups(config: &TrackerConfig, group: &str) -> &'static [&'static str] {
     match group {
         "" => &Method::NAMES,
-        "robust" | "paper" => &[PATCHES],
+        _ if group == config.method.name() && config.method.patches().is_some() => &[PATCHES],
         _ => &[],
     }
 }
@@ -464,8 +473,8 @@ fn groups(group: &str) -> &'static [&'static str] {
 fn names(config: &TrackerConfig, group: &str) -> Vec<&'static str> {
     let method = config.method.name();
     let settings = PARAMETERS.iter().filter(|row| row.group == group).map(|row| row.name);
-    let inner = groups(group).iter().copied().filter(|name| *name == method || *name == PATCHES);
-    settings.chain(inner).collect()
+    let inner = groups(config, group).iter().copied();
+    settings.chain(inner.filter(|name| *name == method || *name == PATCHES)).collect()
 }
 
 /// The row of a setting, which must be in the group.
@@ -477,8 +486,7 @@ fn check_name(
     let message = match Parameter::named(name) {
         Some(parameter) if parameter.group == group => return Ok(parameter),
         Some(parameter) if !parameter.is_used_by(&config.method) => {
-            // Of the methods with a patch model, the default one.
-            let owner = if parameter.group == PATCHES { "robust" } else { parameter.group };
+            let owner = owner(parameter).name();
             format!("{name} is in {}: {}", parameter.group, other_method(owner, config))
         }
         Some(parameter) => {
@@ -547,7 +555,7 @@ type Row<'py> = (&'static str, &'static str, Bound<'py, PyAny>, String, &'static
 #[pyfunction]
 #[pyo3(signature = (research = false))]
 pub fn parameters(py: Python<'_>, research: bool) -> PyResult<Vec<Row<'_>>> {
-    let defaults = [Preset::Robust, Preset::Paper, Preset::Network].map(TrackerConfig::from);
+    let defaults = Preset::ALL.map(TrackerConfig::from);
     let row = |parameter: &Parameter| {
         let Parameter { group, name, range, source, purpose, .. } = *parameter;
         let config = defaults.iter().find(|config| parameter.is_used_by(&config.method));

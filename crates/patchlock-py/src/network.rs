@@ -2,7 +2,7 @@
 
 use std::path::{self, Path, PathBuf};
 
-use patchlock::{Method, NetworkError};
+use patchlock::{Method, MethodInfo, NetworkError, NetworkUse, Preset};
 use patchlock_track::{ModelPaths, models};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -260,7 +260,7 @@ impl Model {
 
     /// The network of a method where none is named: our own, if the method uses one.
     pub fn default_of(method: &Method) -> Option<Self> {
-        let is_used = matches!(method, Method::Robust(_) | Method::Network(_));
+        let is_used = method.info().network != NetworkUse::Unused;
         is_used.then(|| Self::of_path(models::PATCHNET.into()))
     }
 
@@ -442,14 +442,16 @@ fn from_bytes(files: &[Vec<u8>], library: Option<&Path>) -> PyResult<patchlock::
 /// # Errors
 /// The method has no use for a network.
 pub fn check_use(method: &Method, network: Option<&patchlock::Network>) -> PyResult<()> {
-    match (method, network) {
-        (Method::Network(_) | Method::Robust(_), _) | (_, None) => Ok(()),
-        (method, Some(network)) => Err(PyValueError::new_err(format!(
-            "the network {} has no effect with the method {} (the presets robust and network use one)",
-            network.name(),
-            method.name()
-        ))),
-    }
+    let uses_one = |info: &MethodInfo| info.network != NetworkUse::Unused;
+    let Some(network) = network.filter(|_| !uses_one(method.info())) else { return Ok(()) };
+    let presets = Preset::ALL.into_iter().filter(|preset| uses_one(preset.info()));
+    let presets: Vec<&str> = presets.map(Preset::name).collect();
+    Err(PyValueError::new_err(format!(
+        "the network {} has no effect with the method {} (the presets {} use one)",
+        network.name(),
+        method.name(),
+        presets.join(" and ")
+    )))
 }
 
 fn shown(paths: &[PathBuf]) -> String {

@@ -30,7 +30,7 @@ def test_settings_are_attributes_in_groups():
 
 def test_every_setting_of_the_table_has_its_default():
     for parameter in patchlock.parameters(research=True):
-        config = Config(parameter.group if parameter.group in ("paper", "network") else "robust")
+        config = Config(parameter.group if parameter.group in patchlock.PRESETS else "robust")
         if parameter.group == "":
             place = config
         elif parameter.group == "patches":

@@ -15,7 +15,7 @@ ROOT = Path(__file__).parents[3]
 
 
 def test_the_stubs_are_those_of_the_module():
-    """Regenerate them with `target/python-venv/bin/python tools/python/stubs.py`."""
+    """`./test` writes them again."""
     subprocess.run([sys.executable, ROOT / "tools/python/stubs.py", "--check"], check=True)
 
 

@@ -5,7 +5,7 @@ use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use patchlock::{Method, ModelFile, Network, NetworkError, Runtime};
+use patchlock::{Method, ModelFile, Network, NetworkError, NetworkUse, Runtime};
 use serde::{Deserialize, Serialize};
 
 use crate::{Error, files};
@@ -119,30 +119,30 @@ pub struct ModelPaths {
 }
 
 impl ModelPaths {
-    /// The network for a method: `network` needs one, `robust` uses one if it has it, `paper` has
-    /// none.
+    /// The network for a method, which may need one, use one if it has it, or have none.
     ///
     /// # Errors
     /// As [`load`]; [`Error::MissingModel`], [`Error::UnusedModel`] and
     /// [`Error::UnusedRuntime`].
     pub fn network(&self, method: &Method) -> Result<Option<Network>, Error> {
         let name = method.name();
-        match (method, self.given_or_default(method), &self.runtime) {
-            (Method::Paper(_), Some(model), _) => {
+        let network = method.info().network;
+        match (network, self.given_or_default(network), &self.runtime) {
+            (NetworkUse::Unused, Some(model), _) => {
                 Err(Error::UnusedModel(model.to_path_buf(), name))
             }
             (_, Some(model), runtime) => load(model, runtime.as_deref()).map(Some),
-            (Method::Network(_), None, _) => Err(Error::MissingModel(name)),
+            (NetworkUse::Required, None, _) => Err(Error::MissingModel(name)),
             (_, None, Some(library)) => Err(Error::UnusedRuntime(library.clone())),
             (_, None, None) => Ok(None),
         }
     }
 
-    /// The network for a method; `None` for none.
-    fn given_or_default(&self, method: &Method) -> Option<&Path> {
-        match (&self.model, method) {
+    /// The network for a method with this use of one; `None` for none.
+    fn given_or_default(&self, network: NetworkUse) -> Option<&Path> {
+        match (&self.model, network) {
             (Some(model), _) => Some(model.as_path()).filter(|path| *path != Path::new(NO_NETWORK)),
-            (None, Method::Paper(_)) => None,
+            (None, NetworkUse::Unused) => None,
             (None, _) => Some(Path::new(PATCHNET)),
         }
     }
@@ -197,15 +197,16 @@ mod tests {
     #[test]
     fn our_own_network_is_the_default_of_the_methods_that_use_one() {
         let none = ModelPaths { model: Some(NO_NETWORK.into()), runtime: None };
-        let ours = Some(Network::patchnet());
-        for (preset, by_default) in
-            [(Preset::Robust, &ours), (Preset::Network, &ours), (Preset::Paper, &None)]
-        {
+        for preset in Preset::ALL {
             let method = TrackerConfig::from(preset).method;
-            assert_eq!(ModelPaths::default().network(&method).unwrap(), *by_default, "{preset:?}");
-            match none.network(&method) {
-                Ok(network) => assert_eq!(network, None),
-                Err(error) => assert!(matches!(error, Error::MissingModel("network"))),
+            let is_used = preset.info().network != NetworkUse::Unused;
+            let by_default = is_used.then(Network::patchnet);
+            assert_eq!(ModelPaths::default().network(&method).unwrap(), by_default, "{preset}");
+            match (none.network(&method), preset.info().network) {
+                (Err(Error::MissingModel(method)), NetworkUse::Required) => {
+                    assert_eq!(method, preset.name());
+                }
+                (network, _) => assert_eq!(network.unwrap(), None, "{preset}"),
             }
         }
     }

@@ -59,8 +59,8 @@ mod vision;
 pub mod vision;
 
 pub use config::{
-    Method, NetworkConfig, PARAMETERS, PaperConfig, Parameter, PatchModelConfig, Preset, Range,
-    RobustConfig, TrackerConfig,
+    Method, MethodInfo, NetworkConfig, NetworkUse, PARAMETERS, PaperConfig, Parameter,
+    PatchModelConfig, Preset, Range, RobustConfig, TrackerConfig,
 };
 pub use error::Error;
 pub use estimate::{Estimate, Status};

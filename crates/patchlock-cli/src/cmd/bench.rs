@@ -14,7 +14,7 @@ use patchlock_bench::dataset::Dataset;
 use patchlock_track::names::{self, counted};
 
 use super::settings::ModelArgs;
-use super::{PRESETS_SHOWN, THREADS_SHOWN, threads};
+use super::{THREADS_SHOWN, presets_shown, threads};
 use crate::failure::{Failure, failed, interrupted, say};
 use crate::interrupt;
 use crate::output::printed::{print, quoted};
@@ -63,7 +63,7 @@ pub struct BenchArgs {
     #[arg(long, value_name = "NAME", default_value = "ope")]
     protocol: Scheme,
 
-    #[arg(long, value_name = "NAME", default_value = "robust", help = PRESETS_SHOWN)]
+    #[arg(long, value_name = "NAME", default_value = "robust", help = presets_shown())]
     preset: String,
 
     /// Settings that differ from the preset, as TOML; see patchlock config

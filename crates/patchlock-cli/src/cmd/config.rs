@@ -5,7 +5,7 @@ use clap::Args;
 use patchlock::{PARAMETERS, Parameter, TrackerConfig};
 use patchlock_track::settings::{self, Overrides};
 
-use super::PRESETS_SHOWN;
+use super::presets_shown;
 use crate::failure::Failure;
 use crate::output::printed::{print, wrapped};
 
@@ -36,7 +36,7 @@ const LINE: usize = 100;
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct ConfigArgs {
-    #[arg(long, value_name = "NAME", default_value = "robust", help = PRESETS_SHOWN)]
+    #[arg(long, value_name = "NAME", default_value = "robust", help = presets_shown())]
     preset: String,
 
     /// Also print the numbers of research, which change without notice from one version to the next

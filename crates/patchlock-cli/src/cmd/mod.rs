@@ -24,6 +24,7 @@ use std::sync::LazyLock;
 use anyhow::Result;
 use clap::builder::{PossibleValuesParser, RangedU64ValueParser, TypedValueParser};
 use clap::{Args, CommandFactory, Parser, Subcommand};
+use patchlock::Preset;
 use patchlock_media::{Helper, Limits};
 use patchlock_track::session::MOST_THREADS;
 
@@ -35,9 +36,17 @@ const THREADS: RangeInclusive<u64> = 1..=MOST_THREADS as u64;
 /// [`THREADS`] as the value name.
 const THREADS_SHOWN: &str = "1..=1024";
 
-const PRESETS_SHOWN: &str = "\
-Settings to start from. robust: the most accurate; reports a loss and searches for the target. \
-paper: the tracker of the paper, for comparison. network: the network of --model alone";
+/// The short help of `--preset`.
+fn presets_named() -> String {
+    let [others @ .., last] = &Preset::ALL.map(Preset::name);
+    format!("Settings to start from: {} or {last}", others.join(", "))
+}
+
+/// The help of `--preset`.
+fn presets_shown() -> String {
+    let preset = |preset: Preset| format!("{preset}: {}", preset.info().purpose);
+    format!("Settings to start from. {}", Preset::ALL.map(preset).join(". "))
+}
 
 fn on_or_off() -> impl TypedValueParser<Value = bool> {
     PossibleValuesParser::new(["on", "off"]).map(|word| word == "on")

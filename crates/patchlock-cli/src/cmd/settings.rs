@@ -7,7 +7,7 @@ use patchlock::TrackerConfig;
 use patchlock_track::ModelPaths;
 use patchlock_track::settings::{self, Overrides};
 
-use super::PRESETS_SHOWN;
+use super::{presets_named, presets_shown};
 use crate::failure::Failure;
 
 /// Preset, settings file and single settings.
@@ -17,8 +17,8 @@ pub struct SettingsArgs {
         long,
         value_name = "NAME",
         default_value = "robust",
-        help = "Settings to start from: robust, paper or network",
-        long_help = PRESETS_SHOWN
+        help = presets_named(),
+        long_help = presets_shown()
     )]
     pub preset: String,
 

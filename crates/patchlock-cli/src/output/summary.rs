@@ -59,6 +59,9 @@ pub struct Settings {
     /// The network, of the method `network`.
     #[serde(flatten)]
     pub network: Option<UsedNetwork>,
+    /// Whether the scores are probabilities.
+    #[serde(skip)]
+    pub score_is_probability: bool,
 }
 
 impl Settings {
@@ -66,7 +69,14 @@ impl Settings {
     pub fn new(preset: &str, config: &TrackerConfig) -> Self {
         let preset = basis(preset, config).to_string();
         let network = config.network.as_ref().map(UsedNetwork::from);
-        Self { method: config.method.name(), preset, seed: config.seed, network }
+        let info = config.method.info();
+        Self {
+            method: info.name,
+            preset,
+            seed: config.seed,
+            network,
+            score_is_probability: info.score_is_probability,
+        }
     }
 }
 
@@ -97,7 +107,7 @@ impl Summary {
             frames_uncertain: run.count(Status::Uncertain),
             frames_lost: run.count(Status::Lost),
             losses: run.losses().iter().map(timed).collect(),
-            low_scores: run.low_scores(settings.method != "paper"),
+            low_scores: run.low_scores(settings.score_is_probability),
             tracking_fps: round(run.fps()),
             wall_fps: None,
             frames_dropped: None,

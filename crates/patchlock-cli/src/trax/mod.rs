@@ -8,7 +8,7 @@ use std::fmt;
 use std::io::{self, BufRead, Write};
 
 use anyhow::Result;
-use patchlock::Method;
+use patchlock::{MethodInfo, NetworkUse};
 use patchlock_bench::trax::image;
 use patchlock_bench::trax::message::Message;
 use patchlock_bench::trax::region::{POLYGON, RECTANGLE};
@@ -20,22 +20,13 @@ use requests::{Request, Requests};
 pub use targets::Targets;
 
 /// The family of the tracker and its description, for lists of trackers.
-fn known_as(method: &Method, network: Option<UsedNetwork>) -> (String, &'static str) {
-    let (family, description) = match method {
-        Method::Robust(_) => (
-            "correlation filters",
-            "Visual object tracker by correlation filters with a long-term memory",
-        ),
-        Method::Paper(_) => {
-            ("sparse appearance", "Visual object tracker by structural local sparse appearance")
-        }
-        Method::Network(_) => ("network", "Visual object tracker with a network"),
+fn known_as(info: &MethodInfo, network: Option<UsedNetwork>) -> (String, &'static str) {
+    let family = match (info.network, network) {
+        (NetworkUse::Required, Some(network)) => network.to_string(),
+        (_, Some(network)) => format!("{}, {network}", info.family),
+        (_, None) => info.family.to_owned(),
     };
-    match (method, network) {
-        (Method::Network(_), Some(network)) => (network.to_string(), description),
-        (_, Some(network)) => (format!("{family}, {network}"), description),
-        (_, None) => (family.to_owned(), description),
-    }
+    (family, info.title)
 }
 
 /// Supported versions of the TraX protocol.
@@ -58,7 +49,8 @@ pub fn serve(
     mut targets: Targets,
 ) -> Result<()> {
     let mut requests = Requests::new(input, protocol);
-    if !sent(&mut output, [hello(protocol, known_as(targets.method(), targets.network()))])? {
+    if !sent(&mut output, [hello(protocol, known_as(targets.method().info(), targets.network()))])?
+    {
         return Ok(());
     }
     loop {

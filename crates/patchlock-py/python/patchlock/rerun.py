@@ -23,6 +23,7 @@ from patchlock._patchlock import (
     CommitteeObservation,
     Estimate,
     NetworkObservation,
+    PaperObservation,
     RobustObservation,
 )
 
@@ -30,7 +31,6 @@ if TYPE_CHECKING:
     import numpy.typing as npt
     import rerun as rr
 
-    from patchlock._patchlock import PaperObservation
     from patchlock._types import FrameLike
 
 __all__ = ["log"]
@@ -178,14 +178,15 @@ def _of_observation(
         x, y, w, h = seen.seen
         yield "frame/seen", rr.Boxes2D(mins=[[x, y]], sizes=[[w, h]], colors=[_VISIBLE])
         return
-    yield (
-        "frame/particles",
-        rr.Points2D(seen.particles[:, :2] + 0.5, colors=_brightness(seen.likelihoods), radii=1.0),
-    )
-    yield "candidate", rr.Image(_grey(seen.candidate))
-    yield "templates", rr.Image(_grey(np.hstack(list(seen.templates))))
-    if seen.mask is not None:
-        yield "mask", rr.Image((255 * seen.mask).astype(np.uint8))
+    if isinstance(seen, PaperObservation):
+        yield (
+            "frame/particles",
+            rr.Points2D(seen.particles[:, :2] + 0.5, colors=_brightness(seen.likelihoods), radii=1.0),
+        )
+        yield "candidate", rr.Image(_grey(seen.candidate))
+        yield "templates", rr.Image(_grey(np.hstack(list(seen.templates))))
+        if seen.mask is not None:
+            yield "mask", rr.Image((255 * seen.mask).astype(np.uint8))
 
 
 def _brightness(likelihoods: npt.NDArray[np.float64]) -> npt.NDArray[np.uint8]:

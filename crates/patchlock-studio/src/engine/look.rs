@@ -2,7 +2,7 @@
 
 use image::imageops::interpolate_bilinear;
 use image::{Rgb, RgbImage};
-use patchlock::{BoundingBox, Estimate, Method, Point, Tracker, TrackerConfig};
+use patchlock::{BoundingBox, Estimate, NetworkUse, Point, Tracker, TrackerConfig};
 use patchlock_media::Picture;
 
 /// Compares the target in a box with how it looks in a key frame. The frame is moved and scaled so
@@ -18,7 +18,7 @@ pub fn compare(
     frame: (&Picture, BoundingBox),
 ) -> Result<Estimate, patchlock::Error> {
     let mut config = config.clone();
-    if matches!(config.method, Method::Robust(_)) {
+    if config.method.info().network == NetworkUse::Optional {
         config.network = None;
     }
     let mut tracker = Tracker::start(config, &key.0.frame()?, key.1)?;

@@ -6,6 +6,7 @@
 //! access by name ([`TrackerConfig::get`], [`TrackerConfig::set`]) and [`PARAMETERS`] are all made
 //! from the rows, so they cannot disagree.
 
+mod info;
 mod network;
 mod paper;
 mod patches;
@@ -20,6 +21,7 @@ use crate::network_error::NetworkError;
 use serde::Serialize;
 
 use crate::value::Value;
+pub use info::{MethodInfo, NetworkUse};
 pub use network::NetworkConfig;
 pub use paper::PaperConfig;
 pub use patches::PatchModelConfig;
@@ -113,15 +115,21 @@ pub enum Method {
 
 impl Method {
     /// The names of all methods.
-    pub const NAMES: [&'static str; 3] = ["robust", "paper", "network"];
+    pub const NAMES: [&'static str; 3] =
+        [RobustConfig::INFO.name, PaperConfig::INFO.name, NetworkConfig::INFO.name];
+
+    /// What is known of the method without its settings.
+    pub fn info(&self) -> &'static MethodInfo {
+        match self {
+            Self::Robust(_) => &RobustConfig::INFO,
+            Self::Paper(_) => &PaperConfig::INFO,
+            Self::Network(_) => &NetworkConfig::INFO,
+        }
+    }
 
     /// The name of the method, which is also that of its group of settings.
     pub fn name(&self) -> &'static str {
-        match self {
-            Self::Robust(_) => Self::NAMES[0],
-            Self::Paper(_) => Self::NAMES[1],
-            Self::Network(_) => Self::NAMES[2],
-        }
+        self.info().name
     }
 
     /// The patch model, if the method has one.
@@ -247,13 +255,13 @@ impl TrackerConfig {
         Err(Error::UnusedSetting { name, method: self.method.name(), owner: group })
     }
 
-    /// The network of the method `network`.
+    /// Checks that there is a network if the method needs one.
     ///
     /// # Errors
     /// [`NetworkError::None`] if the method needs one and there is none.
     pub(crate) fn check_network(&self) -> Result<(), Error> {
-        match (&self.method, &self.network) {
-            (Method::Network(_), None) => Err(NetworkError::None.into()),
+        match (self.method.info().network, &self.network) {
+            (NetworkUse::Required, None) => Err(NetworkError::None.into()),
             _ => Ok(()),
         }
     }

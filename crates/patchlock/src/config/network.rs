@@ -1,5 +1,6 @@
 //! The settings of the method `network`.
 
+use super::info::{MethodInfo, NetworkUse};
 use super::table::{group, number};
 
 group! {
@@ -12,4 +13,16 @@ group! {
         /// The score below which the target counts as lost.
         lost_score: f64 = 0.25, number(0.0, 1.0);
     }
+}
+
+impl NetworkConfig {
+    pub(super) const INFO: MethodInfo = MethodInfo {
+        name: "network",
+        purpose: "a network alone",
+        family: "network",
+        title: "Visual object tracker with a network",
+        network: NetworkUse::Required,
+        score_is_probability: true,
+        megabytes: 5,
+    };
 }

@@ -1,6 +1,7 @@
 //! The settings of the method `paper`.
 
 use super::PatchModelConfig;
+use super::info::{MethodInfo, NetworkUse};
 use super::table::{Range, group, number};
 use crate::patch_model::likelihood::{Gamma, LikelihoodParams, Scales};
 use crate::patch_model::params::PatchParams;
@@ -41,6 +42,16 @@ group! {
 }
 
 impl PaperConfig {
+    pub(super) const INFO: MethodInfo = MethodInfo {
+        name: "paper",
+        purpose: "the tracker of the paper, for comparison",
+        family: "sparse appearance",
+        title: "Visual object tracker by structural local sparse appearance",
+        network: NetworkUse::Unused,
+        score_is_probability: false,
+        megabytes: 20,
+    };
+
     /// The parameters of the patch model.
     #[doc(hidden)]
     pub fn patch_params(&self) -> PatchParams {

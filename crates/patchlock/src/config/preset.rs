@@ -1,6 +1,6 @@
 //! Presets: named settings to begin with.
 
-use super::{Method, NetworkConfig, PaperConfig, RobustConfig};
+use super::{Method, MethodInfo, NetworkConfig, PaperConfig, RobustConfig};
 use crate::Error;
 use std::fmt;
 use std::str::FromStr;
@@ -24,7 +24,12 @@ impl Preset {
 
     /// The name, in lower case.
     pub fn name(self) -> &'static str {
-        Method::NAMES[self as usize]
+        self.info().name
+    }
+
+    /// What is known of its method.
+    pub fn info(self) -> &'static MethodInfo {
+        self.method().info()
     }
 
     /// The method and its settings.

@@ -1,7 +1,7 @@
 //! Reads a configuration from any self-describing format. Each setting goes through
 //! [`TrackerConfig::set`].
 
-use super::{Method, NetworkConfig, PaperConfig, TrackerConfig};
+use super::{Preset, TrackerConfig};
 use crate::value::Value;
 use serde::de::{Deserialize, Deserializer, Error};
 use std::collections::BTreeMap;
@@ -20,12 +20,9 @@ enum Entry {
 impl<'de> Deserialize<'de> for TrackerConfig {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let mut entries = BTreeMap::<String, Entry>::deserialize(deserializer)?;
-        let mut config = Self::default();
-        if entries.contains_key(Method::NAMES[1]) {
-            config = PaperConfig::default().into();
-        } else if entries.contains_key(Method::NAMES[2]) {
-            config = NetworkConfig::default().into();
-        }
+        // The first is the default, whether it is named or not.
+        let named = Preset::ALL[1..].iter().find(|preset| entries.contains_key(preset.name()));
+        let mut config = Self::from(named.copied().unwrap_or_default());
         let method = config.method.name();
         match entries.remove(method) {
             Some(Entry::Table(settings)) => {

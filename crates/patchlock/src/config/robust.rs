@@ -1,5 +1,6 @@
 //! The settings of the method `robust`.
 
+use super::info::{MethodInfo, NetworkUse};
 use super::table::{Range, STABLE, group, number};
 use super::{PaperConfig, PatchModelConfig};
 use crate::Error;
@@ -196,6 +197,16 @@ group! {
 }
 
 impl RobustConfig {
+    pub(super) const INFO: MethodInfo = MethodInfo {
+        name: "robust",
+        purpose: "the most accurate; reports a loss and searches for the target",
+        family: "correlation filters",
+        title: "Visual object tracker by correlation filters with a long-term memory",
+        network: NetworkUse::Optional,
+        score_is_probability: true,
+        megabytes: 1,
+    };
+
     /// The parameters of the patch model. Its weighing of candidates is not used.
     pub(crate) fn patch_params(&self) -> PatchParams {
         let paper = PaperConfig { patches: self.patches.clone(), ..PaperConfig::default() };

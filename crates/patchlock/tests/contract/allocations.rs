@@ -6,11 +6,11 @@
 
 use allocation_counter::measure;
 
-use crate::methods::{all_that_compute_here, default_settings, network};
+use crate::methods::{all_without_network, begun, network};
 use crate::sequence::SIMPLE;
 use patchlock::patch_model::model::{PatchErrorScratch, PatchModel, cut_candidate};
 use patchlock::vision::frame::GreyImage;
-use patchlock::{PaperConfig, State, Tracker, TrackerConfig, Visibility};
+use patchlock::{PaperConfig, Preset, State, Tracker, TrackerConfig, Visibility};
 use patchlock_testdata::slow;
 
 /// What one frame did: the number of allocations, and the change of the number of bytes held.
@@ -49,21 +49,24 @@ fn on_one_thread<T: Send>(run: impl FnOnce() -> T + Send) -> T {
     rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap().install(run)
 }
 
+/// The number of frames after which all buffers have grown and every learning step has occurred.
+const WARM_UP: usize = 60;
+
 /// The frames after the warm-up.
-fn warm_frames(config: &TrackerConfig, warm_up: usize) -> Vec<AllocationCount> {
+fn warm_frames(config: &TrackerConfig) -> Vec<AllocationCount> {
     on_one_thread(|| {
         let mut endless = BackAndForthTracker::new(config);
         let first = endless.step();
         assert!(first.calls > 0, "the first frame must allocate: {first:?}");
-        (1..2 * warm_up).map(|_| endless.step()).skip(warm_up - 1).collect()
+        (1..2 * WARM_UP).map(|_| endless.step()).skip(WARM_UP - 1).collect()
     })
 }
 
 #[test]
 fn no_frame_allocates() {
-    for config in all_that_compute_here() {
-        let (config, warm_up) = default_settings(&config.method);
-        for counted in warm_frames(&config, warm_up) {
+    let all = Preset::ALL.map(begun);
+    for config in all.iter().filter(|config| config.network.is_none()) {
+        for counted in warm_frames(config) {
             assert_eq!((counted.calls, counted.held), (0, 0), "{counted:?}");
         }
     }
@@ -72,7 +75,7 @@ fn no_frame_allocates() {
 /// What a network needs is asked of the runtime through a queue, which grows by a block now and then.
 #[test]
 fn with_a_network_only_the_queue_of_the_runtime_allocates_here() {
-    let frames = warm_frames(&network(), 60);
+    let frames = warm_frames(&network());
     let calls: Vec<u64> = frames.iter().map(|counted| counted.calls).collect();
     assert!(calls.iter().all(|&calls| calls <= 1), "{calls:?}");
     assert!(calls.iter().sum::<u64>() <= calls.len() as u64 / 8, "{calls:?}");
@@ -97,7 +100,7 @@ fn held(config: &TrackerConfig, count: usize, every: usize) -> Vec<i64> {
 #[test]
 fn memory_does_not_grow_with_the_video() {
     let frames = if slow("memory_does_not_grow_with_the_video", 20) { 3000 } else { 600 };
-    for config in all_that_compute_here() {
+    for config in all_without_network() {
         let held = held(&config, frames, 100);
         println!("bytes held: {held:?}");
         // How much some buffers grow depends on which candidates are similar; their capacity
@@ -111,7 +114,7 @@ fn memory_does_not_grow_with_the_video() {
 #[test]
 #[ignore = "takes minutes"]
 fn memory_does_not_grow_over_100_000_frames() {
-    for config in all_that_compute_here() {
+    for config in all_without_network() {
         let held = held(&config, 100_000, 1000);
         println!("bytes held every 1000 frames: {held:?}");
         if let Ok(status) = std::fs::read_to_string("/proc/self/status") {

@@ -1,10 +1,11 @@
 //! Every field of the configuration has an effect, and none accepts a value outside its range.
 
-use crate::methods::{all, network, robust, with};
+use crate::methods::{all, network, quick_of, robust, with};
 use crate::sequence::{OCCLUDED, SIMPLE};
 use patchlock::{
     Error, Estimate, FrameView, Kind, Method, MultiTracker, NetworkConfig, NetworkError,
-    PARAMETERS, PaperConfig, Parameter, Preset, Range, RobustConfig, Tracker, TrackerConfig, Value,
+    NetworkUse, PARAMETERS, PaperConfig, Parameter, Preset, Range, RobustConfig, Tracker,
+    TrackerConfig, Value,
 };
 use patchlock_testdata::slow;
 use serde::Deserialize;
@@ -13,9 +14,8 @@ use serde_json::{Value as Json, json};
 use std::collections::HashMap;
 
 /// The default settings of every method.
-fn defaults() -> [TrackerConfig; 3] {
-    let (robust, paper) = (RobustConfig::default(), PaperConfig::default());
-    [robust.into(), paper.into(), NetworkConfig::default().into()]
+fn defaults() -> Vec<TrackerConfig> {
+    Preset::ALL.map(TrackerConfig::from).into()
 }
 
 /// The rows that a method uses.
@@ -23,33 +23,35 @@ fn rows(method: &Method) -> impl Iterator<Item = &'static Parameter> {
     PARAMETERS.iter().filter(|row| row.is_used_by(method))
 }
 
+/// Changes those settings that the method has.
 fn set(config: &mut TrackerConfig, settings: &[(&str, f64)]) {
     for &(name, number) in settings {
-        let value = match config.get(name).unwrap() {
-            Value::Whole(_) => Value::from(number as i64),
+        let row = Parameter::named(name).unwrap();
+        let value = match row.kind {
+            Kind::Whole => Value::from(number as i64),
+            Kind::Flag => Value::from(number != 0.0),
             _ => Value::from(number),
         };
-        config.set(name, value).unwrap();
+        if row.is_used_by(&config.method) {
+            config.set(name, value).unwrap();
+        }
     }
 }
 
 /// Settings of a method under which a field of this group can have an effect. Few particles and
 /// frequent updates let every kind of step occur within a few frames.
 fn base(method: &Method, group: &str) -> TrackerConfig {
-    let mut config = match method {
-        Method::Paper(_) => with(Preset::Paper, &[("particles", 25), ("small_step", 8)]),
-        Method::Robust(_) => robust(),
-        Method::Network(_) => {
-            // No score is certain, so each is between the two settings.
-            let mut config = network();
-            set(&mut config, &[("tracked_score", 1.0), ("lost_score", 0.0)]);
-            return config;
-        }
-    };
-    set(
-        &mut config,
-        &[("templates", 6.0), ("update_interval", 2.0), ("small_update_interval", 3.0)],
-    );
+    let mut config = quick_of(method);
+    let often = [
+        ("particles", 25.0),
+        ("templates", 6.0),
+        ("update_interval", 2.0),
+        ("small_update_interval", 3.0),
+        // No score of a network is certain, so each is between the two settings.
+        ("tracked_score", 1.0),
+        ("lost_score", 0.0),
+    ];
+    set(&mut config, &often);
     if group == "robust" {
         // The target is lost and found again while it is half hidden, and any small rotation is
         // believed.
@@ -68,9 +70,9 @@ fn base(method: &Method, group: &str) -> TrackerConfig {
             ("rotation_margin", 0.3),
         ];
         set(&mut config, &easily_lost);
-    } else if let Method::Robust(robust) = &mut config.method {
+    } else {
         // The patch model learns on all frames, so also while the target is half hidden.
-        (robust.first_frames, robust.lost_below, robust.rotate) = (100, 0.0, false);
+        set(&mut config, &[("first_frames", 100.0), ("lost_below", 0.0), ("rotate", 0.0)]);
     }
     config
 }
@@ -78,7 +80,7 @@ fn base(method: &Method, group: &str) -> TrackerConfig {
 /// [`base`] for this row.
 fn base_of(method: &Method, row: &Parameter) -> TrackerConfig {
     let mut config = base(method, row.group);
-    if row.is_used_by(method) && matches!(method, Method::Robust(_)) && !config.reads(row) {
+    if method.info().network == NetworkUse::Optional && !config.reads(row) {
         config.network = network().network;
     }
     if row.name.starts_with("covered_") {
@@ -627,18 +629,14 @@ fn an_unknown_setting_or_group_is_refused() {
         assert_eq!(config.get("particels"), Err(wanted.clone()));
         assert_eq!(config.set("particels", 5), Err(wanted));
         // Groups are no settings.
-        for group in ["paper", "robust", "network", "patches", ""] {
+        for group in Method::NAMES.into_iter().chain(["patches", ""]) {
             assert!(config.get(group).is_err() && config.set(group, 5).is_err(), "{group}");
         }
     }
     let unknown = json!({ "particels": 5 });
-    for table in [
-        unknown.clone(),
-        json!({ "paper": unknown }),
-        json!({ "robust": unknown }),
-        json!({ "network": unknown }),
-        json!({ "paper": { "patches": unknown } }),
-    ] {
+    let of_methods = Method::NAMES.map(|method| json!({ method: unknown }));
+    let of_others = [unknown.clone(), json!({ "paper": { "patches": unknown } })];
+    for table in of_methods.into_iter().chain(of_others) {
         let error = read(table).unwrap_err();
         assert!(error.contains("unknown setting `particels`"), "{error}");
     }
@@ -691,7 +689,8 @@ fn fields_that_do_not_fit_each_other_are_refused() {
         (&[("small_step", 1), ("small_patch", 2)], "small_step", "8192"),
         (&[("large_step", 1), ("large_patch", 2), ("templates", 40)], "large_step", "8192"),
     ];
-    for preset in [Preset::Robust, Preset::Paper] {
+    let has_patches = |preset: &Preset| TrackerConfig::from(*preset).method.patches().is_some();
+    for preset in Preset::ALL.into_iter().filter(has_patches) {
         for (given, name, part) in patches {
             let message = refused(&with(preset, given), name).to_string();
             assert!(message.contains(part), "{message}");
@@ -713,9 +712,9 @@ fn presets_have_names() {
         assert_eq!(preset.to_string(), preset.name());
         let begun = Tracker::start(preset, &SIMPLE.frame(0), SIMPLE.truth(0)).map(drop);
         // A network has to be given.
-        let wanted = match preset {
-            Preset::Network => Err(NetworkError::None.into()),
-            _ => Ok(()),
+        let wanted = match preset.info().network {
+            NetworkUse::Required => Err(NetworkError::None.into()),
+            NetworkUse::Optional | NetworkUse::Unused => Ok(()),
         };
         assert_eq!((begun, MultiTracker::new(preset).map(drop)), (wanted.clone(), wanted));
     }

@@ -1,6 +1,6 @@
 //! The tracker follows its target.
 
-use crate::methods::{all_that_follow, following};
+use crate::methods::{all_without_network, following};
 use crate::sequence::{OCCLUDED, SIMPLE, Sequence};
 use patchlock::{Estimate, TrackerConfig, Visibility};
 use patchlock_scene::{Post, Scene, SceneConfig};
@@ -19,7 +19,7 @@ fn overlaps(sequence: &Sequence, config: &TrackerConfig, frames: Range<usize>) -
 
 #[test]
 fn it_follows_a_simple_target() {
-    for config in all_that_follow().into_iter().map(following) {
+    for config in all_without_network().into_iter().map(following) {
         let (mean, worst) = overlaps(&SIMPLE, &config, 0..SIMPLE.len());
         assert!(mean > 0.75 && worst > 0.6, "mean overlap {mean}, worst {worst}");
     }
@@ -29,7 +29,7 @@ fn it_follows_a_simple_target() {
 fn it_follows_a_target_behind_a_thin_tree() {
     let post = Some(Post { centre_x: 120.0, width: 12.0 });
     let sequence = Sequence::new(Scene::new(SceneConfig { post, ..SceneConfig::occluded() }));
-    for config in all_that_follow().into_iter().map(following) {
+    for config in all_without_network().into_iter().map(following) {
         for seed in [1, 2, 3] {
             let mut config = config.clone();
             config.seed = seed;
@@ -44,7 +44,7 @@ fn it_follows_a_target_behind_a_thin_tree() {
 /// target is hidden.
 #[test]
 fn score_and_visible_share_fall_while_the_target_is_hidden() {
-    for config in all_that_follow().into_iter().map(following) {
+    for config in all_without_network().into_iter().map(following) {
         let estimates = OCCLUDED.track(&config, 0..36);
         let mean = |frames: &[Estimate], of: fn(&Estimate) -> f64| {
             frames.iter().map(of).sum::<f64>() / frames.len() as f64

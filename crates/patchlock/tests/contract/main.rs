@@ -1,5 +1,5 @@
-//! Requirements for every tracking method. Each test runs over [`methods::all`], so a new method is
-//! tested as soon as it is listed there.
+//! Requirements for every tracking method. Each test runs over [`methods::all`], so a new preset is
+//! tested as soon as it is there.
 
 mod allocations;
 mod bad_frames;

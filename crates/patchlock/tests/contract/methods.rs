@@ -1,41 +1,71 @@
 //! The methods under test.
 
-use patchlock::{Method, MultiSnapshot, Network, Preset, Snapshot, TrackerConfig};
+use patchlock::{Method, MultiSnapshot, Network, NetworkUse, Preset, Snapshot, TrackerConfig};
+
+/// Settings in which a preset is tested: its name, that of the setting, and the value.
+type Exceptions = &'static [(&'static str, &'static str, usize)];
+
+/// A frame takes milliseconds, and everything is still exercised.
+const QUICK: Exceptions = &[("paper", "particles", 30), ("paper", "small_step", 8)];
+
+/// Good enough to follow a target; a test takes seconds.
+const FOLLOWING: Exceptions = &[("paper", "particles", 150), ("paper", "small_step", 4)];
 
 /// Every method, with settings that take milliseconds per frame and still exercise everything.
 pub fn all() -> Vec<TrackerConfig> {
-    vec![robust(), paper(), network()]
+    Preset::ALL.map(quick).into()
 }
 
-/// Every method that follows a target as it comes: a network with made-up weights does not.
-pub fn all_that_follow() -> Vec<TrackerConfig> {
-    vec![robust(), paper()]
+/// Every method that follows a target as it comes, and computes on the threads of its caller: a
+/// network with made-up weights does neither.
+pub fn all_without_network() -> Vec<TrackerConfig> {
+    all().into_iter().filter(|config| config.network.is_none()).collect()
 }
 
-/// Every method that computes on the threads of its caller: the runtime of a network does not.
-pub fn all_that_compute_here() -> Vec<TrackerConfig> {
-    vec![robust(), paper()]
+/// The preset of this method, with settings that take milliseconds per frame.
+pub fn quick_of(method: &Method) -> TrackerConfig {
+    all().into_iter().find(|config| config.method.name() == method.name()).unwrap()
+}
+
+fn quick(preset: Preset) -> TrackerConfig {
+    changed(begun(preset), QUICK)
+}
+
+/// The default settings of a preset, with a small network of made-up weights if it needs one.
+pub fn begun(preset: Preset) -> TrackerConfig {
+    let mut config = TrackerConfig::from(preset);
+    if preset.info().network == NetworkUse::Required {
+        let files: [&[u8]; 2] = [
+            include_bytes!("../golden/network/nanotrack_backbone.onnx"),
+            include_bytes!("../golden/network/nanotrack_head.onnx"),
+        ];
+        config.network = Some(Network::from_bytes(&files).unwrap());
+    }
+    config
+}
+
+/// The same settings, with those for its method.
+fn changed(mut config: TrackerConfig, exceptions: Exceptions) -> TrackerConfig {
+    let method = config.method.name();
+    for &(_, name, number) in exceptions.iter().filter(|(of, ..)| *of == method) {
+        config.set(name, number).unwrap();
+    }
+    config
 }
 
 /// The preset `robust`, which is fast enough as it is.
 pub fn robust() -> TrackerConfig {
-    TrackerConfig::from(Preset::Robust)
+    quick(Preset::Robust)
 }
 
 /// The preset `paper` with few particles and small patches.
 pub fn paper() -> TrackerConfig {
-    with(Preset::Paper, &[("particles", 30), ("small_step", 8)])
+    quick(Preset::Paper)
 }
 
 /// The preset `network` with a small network of made-up weights.
 pub fn network() -> TrackerConfig {
-    let files: [&[u8]; 2] = [
-        include_bytes!("../golden/network/nanotrack_backbone.onnx"),
-        include_bytes!("../golden/network/nanotrack_head.onnx"),
-    ];
-    let mut config = TrackerConfig::from(Preset::Network);
-    config.network = Some(Network::from_bytes(&files).unwrap());
-    config
+    quick(Preset::Network)
 }
 
 /// The preset `network` with a VitTrack of made-up weights, which takes longer.
@@ -80,12 +110,8 @@ pub fn with(preset: Preset, numbers: &[(&str, usize)]) -> TrackerConfig {
 
 /// Whether the boxes depend on random numbers.
 pub fn draws_boxes(method: &Method) -> bool {
-    match method {
-        Method::Paper(_) => true,
-        // Only the templates that are replaced are drawn, which affects the visibility.
-        Method::Robust(_) => false,
-        Method::Network(_) => false,
-    }
+    // With `robust`, only the templates that are replaced are drawn, which affects the visibility.
+    method.name() == "paper"
 }
 
 /// The same settings with every learning step within a few frames.
@@ -98,22 +124,8 @@ pub fn learning_early(mut config: TrackerConfig) -> TrackerConfig {
 }
 
 /// Settings that are good enough to follow a target; a test takes seconds.
-pub fn following(mut config: TrackerConfig) -> TrackerConfig {
-    match &mut config.method {
-        Method::Paper(paper) => (paper.particles, paper.patches.small_step) = (150, 4),
-        Method::Robust(_) | Method::Network(_) => {}
-    }
-    config
-}
-
-/// The default settings, and the number of frames after which all buffers have grown and every
-/// learning step has occurred.
-pub fn default_settings(method: &Method) -> (TrackerConfig, usize) {
-    match method {
-        Method::Paper(_) => (TrackerConfig::from(Preset::Paper), 60),
-        Method::Robust(_) => (robust(), 60),
-        Method::Network(_) => (network(), 60),
-    }
+pub fn following(config: TrackerConfig) -> TrackerConfig {
+    changed(config, FOLLOWING)
 }
 
 #[test]

@@ -3,8 +3,8 @@
 use crate::methods::{all, complete, complete_many};
 use crate::sequence::{SIMPLE, bits};
 use patchlock::{
-    BoundingBox, Error, Estimate, MultiSnapshot, MultiTracker, Snapshot, Tracker, TrackerConfig,
-    Visibility,
+    BoundingBox, Error, Estimate, Kind, MultiSnapshot, MultiTracker, PARAMETERS, Range, Snapshot,
+    Tracker, TrackerConfig, Value, Visibility,
 };
 
 /// A tracker after this many frames.
@@ -52,6 +52,26 @@ fn a_restored_tracker_needs_frames_of_the_same_size() {
     }
 }
 
+/// The first number of a method as a snapshot has it, one beyond its range, and what is said of that.
+fn number_outside(config: &TrackerConfig) -> [String; 3] {
+    let (row, max) = PARAMETERS
+        .iter()
+        .filter(|row| row.group == config.method.name())
+        .find_map(|row| match row.range {
+            Range::Number { max, .. } => Some((row, max)),
+            _ => None,
+        })
+        .unwrap();
+    let name = row.name;
+    let outside = match row.kind {
+        Kind::Whole => Value::from(max as i64 + 1),
+        _ => Value::from(max + 1.0),
+    };
+    let written = |value: &Value| format!(r#""{name}":{value}"#);
+    let value = config.get(name).unwrap();
+    [written(&value), written(&outside), format!("`{name}` is {outside}")]
+}
+
 #[test]
 fn a_damaged_snapshot_is_refused() {
     for config in all() {
@@ -64,17 +84,14 @@ fn a_damaged_snapshot_is_refused() {
         };
         let other = all().into_iter().find(|other| other.method.name() != config.method.name());
         let other = part(&other.unwrap());
-        let (setting, outside, named) = match config.method.patches() {
-            Some(_) => (r#""templates":10"#, r#""templates":1"#, "`templates` is 1"),
-            None => (r#""lost_score":0.25"#, r#""lost_score":1.5"#, "`lost_score` is 1.5"),
-        };
+        let [setting, outside, named] = number_outside(&config);
         let damaged = [
             (r#""version":11"#.to_owned(), r#""version":0"#, "version is 0"),
             (r#""version":11"#.to_owned(), r#""version":2"#, "version is 2"),
             (r#""version":11"#.to_owned(), r#""version":9"#, "version is 9"),
             (r#""version":11"#.to_owned(), r#""edition":5"#, "version"),
             (r#""seed":"#.to_owned(), r#""seeds":"#, "seeds"),
-            (setting.to_owned(), outside, named),
+            (setting, &outside, &named),
             (part(&config), &other, "another method"),
             (r#""track":{"#.to_owned(), r#""trail":{"#, "track"),
             (r#""target":{"#.to_owned(), r#""goal":{"#, "target"),
