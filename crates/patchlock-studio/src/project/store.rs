@@ -273,8 +273,7 @@ impl Store {
         }
     }
 
-    /// What a user should know of the frames of the video, found when the project was begun or the
-    /// video was changed.
+    /// What a user should know of the frames of the video, found when the project was begun.
     pub fn notes(&self) -> &[Note] {
         &self.notes
     }
@@ -462,26 +461,6 @@ impl Store {
             Err(Error::Read { source, .. }) => Some(VideoChange::Missing(source.to_string())),
             Err(error) => Some(VideoChange::Missing(error.to_string())),
         }
-    }
-
-    /// Goes on with the video as it is now. The step cannot be undone, and none before it. Returns
-    /// the new revision.
-    ///
-    /// # Errors
-    /// [`Error::Edit`] if targets have boxes beyond its end; as [`Store::create`] if it cannot be
-    /// read; as [`Store::video_to_read`].
-    pub fn accept_video(&mut self) -> Result<u64, Error> {
-        let video = self.video_to_read()?;
-        let (video, notes) = Video::describe(video, folder_of(&self.path), self.limits)?;
-        let old = std::mem::replace(&mut self.project.video, video);
-        if let Err(reason) = check::project(&self.project) {
-            self.project.video = old;
-            return Err(Error::Edit(format!("the boxes do not fit the changed video: {reason}")));
-        }
-        self.history.clear();
-        self.notes = notes;
-        self.revision += 1;
-        Ok(self.revision)
     }
 }
 
