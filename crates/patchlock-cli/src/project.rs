@@ -23,7 +23,7 @@ pub fn open(file: &Path, video: &Path, limits: Limits) -> Result<Store, Failure>
             "a project belongs to one file or folder, so that it can tell whether that has changed",
         ));
     }
-    let store = Store::open_within(file, Some(video), limits)?;
+    let store = Store::open(file, Some(video), limits)?;
     match store.changed() {
         None => Ok(store),
         Some(change) => Err(failed(format!("{}: {change}", file.display()))

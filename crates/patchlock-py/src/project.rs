@@ -48,7 +48,7 @@ impl Project {
         max_pixels: usize,
     ) -> PyResult<Self> {
         let limits = Limits { pixels: max_pixels, ..Limits::default() };
-        let store = py.detach(|| Store::open_shared_within(&path, video.as_deref(), limits));
+        let store = py.detach(|| Store::open_shared(&path, video.as_deref(), limits));
         Ok(Self { store: store.map_err(to_python)? })
     }
 
@@ -271,12 +271,12 @@ impl Project {
 
     /// Takes back the last change; `False` if there is none.
     fn undo(&mut self) -> PyResult<bool> {
-        Ok(self.store.undo().map_err(to_python)?.is_some())
+        Ok(self.store.step(false).map_err(to_python)?.is_some())
     }
 
     /// Makes the change again that was taken back last; `False` if there is none.
     fn redo(&mut self) -> PyResult<bool> {
-        Ok(self.store.redo().map_err(to_python)?.is_some())
+        Ok(self.store.step(true).map_err(to_python)?.is_some())
     }
 
     /// Adds the targets of a file of another tool, or of a table.

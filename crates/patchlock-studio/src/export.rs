@@ -370,7 +370,7 @@ pub fn of_folder(folder: &Path) -> Result<(Vec<FolderClip>, Vec<Label>), Error> 
         let name = patchlock_track::files::name_of(&file);
         let Some(name) = name.strip_suffix(ENDING) else { continue };
         check_place(&file, folder)?;
-        let store = Store::open_shared(&file, None)?;
+        let store = Store::open_shared(&file, None, Limits::default())?;
         let renamed = vocabulary.absorb(store.project())?;
         clips.push((name.to_owned(), store, renamed));
     }

@@ -246,8 +246,7 @@ fn next_project(error: &project::Error) -> Option<project::Error> {
         Error::Write { .. } => Error::Invalid { path: path(), reason },
         Error::Invalid { .. } => Error::Labels { path: path(), reason },
         Error::Labels { .. } => Error::Version { path: path(), version: 9 },
-        Error::Version { .. } => Error::Exists { path: path() },
-        Error::Exists { .. } => Error::InUse { path: path(), by: "another program".into() },
+        Error::Version { .. } => Error::InUse { path: path(), by: "another program".into() },
         Error::InUse { .. } => Error::Overtaken { path: path() },
         Error::Overtaken { .. } => {
             Error::OtherVideo { path: path(), expected: "a".into(), given: "b".into() }

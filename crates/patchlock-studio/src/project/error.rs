@@ -55,12 +55,6 @@ pub enum Error {
         /// Its version.
         version: u64,
     },
-    /// There is a project file already.
-    #[error("{} exists already", path.display())]
-    Exists {
-        /// The file.
-        path: PathBuf,
-    },
     /// Another process has the project open.
     #[error("{} is open in {by}", path.display())]
     InUse {
@@ -122,8 +116,7 @@ impl Error {
     /// Whether the request was invalid, as opposed to a failure while serving it.
     pub fn is_misuse(&self) -> bool {
         match self {
-            Self::Exists { .. }
-            | Self::OtherVideo { .. }
+            Self::OtherVideo { .. }
             | Self::VideoOutside { .. }
             | Self::Edit(_)
             | Self::Import(_) => true,
@@ -147,7 +140,6 @@ impl Error {
                 "docs/project-file.md describes the file; without it, the labels are those of the clips"
             }
             Self::Version { .. } => "use the version of Patchlock that wrote it, or a newer one",
-            Self::Exists { .. } => "open it, or name another file",
             Self::InUse { .. } => "close it there, or work there",
             Self::Overtaken { .. } => "open it again, and repeat the changes",
             Self::Import(_) => "docs/annotating.md says what is read from each format",

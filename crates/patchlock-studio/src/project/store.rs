@@ -102,60 +102,26 @@ pub(crate) fn folder_of(file: &Path) -> &Path {
 }
 
 impl Store {
-    /// Opens a project file, or begins a project for the video if there is no file. Without
-    /// `video`, the file must exist, and the video is the one that it names.
+    /// Opens a project file, or begins a project for the video, with the label `target`, if there is
+    /// no file; the first [`Store::save`] writes it. Without `video`, the file must exist, and the
+    /// video is the one that it names. `limits` are on what the video may claim.
     ///
     /// # Errors
-    /// [`Error::InUse`] if the project is open elsewhere; [`Error::OtherVideo`] if the project
-    /// belongs to another video that still exists; else as [`Store::create`] and
-    /// [`Store::open_shared`].
-    pub fn open(path: &Path, video: Option<&Path>) -> Result<Self, Error> {
-        Self::open_within(path, video, Limits::default())
-    }
-
-    /// The same as [`Store::open`], with limits on what the video may claim.
-    ///
-    /// # Errors
-    /// As [`Store::open`].
-    pub fn open_within(path: &Path, video: Option<&Path>, limits: Limits) -> Result<Self, Error> {
+    /// [`Error::InUse`] if the project is open elsewhere; [`Error::Write`] if nothing can be written
+    /// to the folder; else as [`Store::open_shared`].
+    pub fn open(path: &Path, video: Option<&Path>, limits: Limits) -> Result<Self, Error> {
         let (path, lock) = locked(path)?;
         Self::open_or_begin(path, video, Some(lock), limits)
-    }
-
-    /// Begins a project for a video, with the label `target`. The file is written by the first
-    /// [`Store::save`].
-    ///
-    /// # Errors
-    /// [`Error::Exists`] if there is such a file; [`Error::InUse`]; [`Error::Read`] and
-    /// [`Error::Video`] if the video cannot be read; [`Error::Write`] if nothing can be written to
-    /// the folder.
-    pub fn create(path: &Path, video: &Path) -> Result<Self, Error> {
-        let (path, lock) = locked(path)?;
-        match path.exists() {
-            true => Err(Error::Exists { path }),
-            false => Self::begin(path, video, Some(lock), Limits::default()),
-        }
     }
 
     /// Opens a project without keeping others from it. [`Store::save`] fails if another program has
     /// the project open at that moment, or has changed the file since it was read.
     ///
     /// # Errors
-    /// [`Error::Read`]; [`Error::Invalid`] and [`Error::Version`] if the file is not a project;
-    /// [`Error::OtherVideo`].
-    pub fn open_shared(path: &Path, video: Option<&Path>) -> Result<Self, Error> {
-        Self::open_shared_within(path, video, Limits::default())
-    }
-
-    /// The same as [`Store::open_shared`], with limits on what the video may claim.
-    ///
-    /// # Errors
-    /// As [`Store::open_shared`].
-    pub fn open_shared_within(
-        path: &Path,
-        video: Option<&Path>,
-        limits: Limits,
-    ) -> Result<Self, Error> {
+    /// [`Error::Read`] and [`Error::Video`] if the file, or the video of a new project, cannot be
+    /// read; [`Error::Invalid`] and [`Error::Version`] if the file is not a project;
+    /// [`Error::OtherVideo`] if the project belongs to another video that still exists.
+    pub fn open_shared(path: &Path, video: Option<&Path>, limits: Limits) -> Result<Self, Error> {
         Self::open_or_begin(real(path)?, video, None, limits)
     }
 
@@ -346,25 +312,12 @@ impl Store {
         self.history.end(step);
     }
 
-    /// Takes back the last step. Returns the new revision; `None` if there is no such step.
+    /// Takes back the last step, or with `redo` does the one again that was taken back last. Returns
+    /// the new revision; `None` if there is no such step.
     ///
     /// # Errors
     /// [`Error::Edit`] never, unless there is a bug.
-    pub fn undo(&mut self) -> Result<Option<u64>, Error> {
-        self.undo_or_redo(false)
-    }
-
-    /// Does the step again that was undone last. Returns the new revision; `None` if there is no
-    /// such step.
-    ///
-    /// # Errors
-    /// [`Error::Edit`] never, unless there is a bug.
-    pub fn redo(&mut self) -> Result<Option<u64>, Error> {
-        self.undo_or_redo(true)
-    }
-
-    /// As [`Store::undo`], or with `redo` as [`Store::redo`].
-    pub(crate) fn undo_or_redo(&mut self, redo: bool) -> Result<Option<u64>, Error> {
+    pub fn step(&mut self, redo: bool) -> Result<Option<u64>, Error> {
         let moved = self.history.step(&mut self.project, redo)?;
         self.revision += u64::from(moved);
         Ok(moved.then_some(self.revision))
@@ -390,16 +343,6 @@ impl Store {
         self.project.labels = labels;
         self.relabelled |= changed && self.saved.is_some();
         changed
-    }
-
-    /// What the next [`Store::undo`] takes back, in a few words.
-    pub fn undo_text(&self) -> Option<&str> {
-        self.history.text(false)
-    }
-
-    /// What the next [`Store::redo`] does again, in a few words.
-    pub fn redo_text(&self) -> Option<&str> {
-        self.history.text(true)
     }
 
     /// Whether the file has all changes.
