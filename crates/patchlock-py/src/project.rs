@@ -80,7 +80,7 @@ impl Project {
     /// How the video has changed since the project was begun, in words; `None` if it has not.
     #[getter]
     fn changed(&self, py: Python<'_>) -> Option<String> {
-        py.detach(|| self.store.changed()).map(|change| change.to_string())
+        py.detach(|| self.store.changed())
     }
 
     /// Whether a person said that the video is annotated completely. It can be set.

@@ -34,7 +34,6 @@ pub use frames::Frames;
 pub use history::{History, MAX_BOXES, MAX_STEPS};
 pub use shared::{FILE as LABELS_FILE, SharedLabels, Vocabulary};
 pub use store::{Store, beside, in_folder};
-pub use video::VideoChange;
 #[cfg(feature = "server")]
 pub(crate) use {frames::cut_map, store::folder_of};
 

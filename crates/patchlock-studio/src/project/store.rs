@@ -11,7 +11,8 @@ use sha2::{Digest as _, Sha256};
 use super::history::History;
 use super::lock::Lock;
 use super::log::Log;
-use super::{Edit, Error, Label, PLACEHOLDER, Project, Video, VideoChange, check, file};
+use super::video::unreadable;
+use super::{Edit, Error, Label, PLACEHOLDER, Project, Video, check, file};
 
 /// A project with its file and its history.
 ///
@@ -396,13 +397,13 @@ impl Store {
         }
     }
 
-    /// How the video differs from the one that the project was made for; `None` if it is the same.
-    /// Reads up to 64 MiB of it, if [`Store::video_to_read`] allows that.
-    pub fn changed(&self) -> Option<VideoChange> {
+    /// How the video differs from the one that the project was made for, in words; `None` if it is
+    /// the same. Reads up to 64 MiB of it, if [`Store::video_to_read`] allows that.
+    pub fn changed(&self) -> Option<String> {
         match self.video_to_read() {
             Ok(video) => self.project.video.change(video),
-            Err(Error::Read { source, .. }) => Some(VideoChange::Missing(source.to_string())),
-            Err(error) => Some(VideoChange::Missing(error.to_string())),
+            Err(Error::Read { source, .. }) => Some(unreadable(&source)),
+            Err(error) => Some(unreadable(&error)),
         }
     }
 }

@@ -318,7 +318,7 @@ impl Clip {
         let source = engine.open(false)?;
         let video = &store.project().video;
         let (frames, width, height) = (video.frames, video.width, video.height);
-        let changed = store.changed().map(|change| change.to_string());
+        let changed = store.changed();
         // A changed video may have another length, of which the page warns. The same one has not.
         let is_wrong = |length: &usize| *length != frames && changed.is_none();
         if let Some(length) = source.length().filter(is_wrong) {
