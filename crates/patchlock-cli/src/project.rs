@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use patchlock_media::{Limits, Order};
 use patchlock_studio::project::{self, Edit, Project, Store, Target};
-use patchlock_studio::tracking::FrameEstimate;
 
 use crate::failure::{Failure, failed, usage};
 use crate::output::{Sink, TrackedFrame};
@@ -150,7 +149,7 @@ impl Sink for Output {
                 let key = project::Key::new(target.bbox);
                 boxes.keys.insert(frame.frame, key);
             } else {
-                boxes.tracked.insert(frame.frame, FrameEstimate::from(&target.estimate).into());
+                boxes.tracked.insert(frame.frame, (&target.estimate).into());
             }
         }
         self.begun = true;

@@ -7,7 +7,6 @@ use patchlock_media::Limits;
 use patchlock_studio::export::{self, Format, Options};
 use patchlock_studio::import;
 use patchlock_studio::project::{self as rust, Edit, Error, Outline, Store, Target};
-use patchlock_studio::tracking::FrameEstimate;
 use patchlock_track::files;
 use pyo3::exceptions::{PyKeyError, PyOSError, PyValueError};
 use pyo3::prelude::*;
@@ -231,7 +230,7 @@ impl Project {
         for estimate in estimates.try_iter()? {
             let estimate = estimate?.extract::<PyRef<'_, Estimate>>()?;
             let (frame, found) = estimate.to_rust();
-            tracked.insert(frame as usize, rust::TrackedBox::from(FrameEstimate::from(found)));
+            tracked.insert(frame as usize, rust::TrackedBox::from(found));
         }
         let span = tracked.keys().next().copied().zip(tracked.keys().next_back().copied());
         let (from, to) = span.ok_or_else(|| PyValueError::new_err("there are no estimates"))?;
