@@ -402,7 +402,7 @@ impl Project {
 fn read_files(path: &Path) -> Result<Vec<import::File>, Error> {
     let read = |path: &Path| -> Result<import::File, Error> {
         let content = files::read(path);
-        let content = content.map_err(|source| Error::Read { path: path.to_path_buf(), source })?;
+        let content = content.map_err(|source| patchlock_track::Error::read(path, source))?;
         Ok(import::File { name: path.to_string_lossy().into_owned(), content })
     };
     if !path.is_dir() {

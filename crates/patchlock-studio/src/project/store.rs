@@ -108,7 +108,7 @@ impl Store {
     /// video is the one that it names. `limits` are on what the video may claim.
     ///
     /// # Errors
-    /// [`Error::InUse`] if the project is open elsewhere; [`Error::Write`] if nothing can be written
+    /// [`Error::InUse`] if the project is open elsewhere; [`Error::Track`] if nothing can be written
     /// to the folder; else as [`Store::open_shared`].
     pub fn open(path: &Path, video: Option<&Path>, limits: Limits) -> Result<Self, Error> {
         let (path, lock) = locked(path)?;
@@ -119,8 +119,8 @@ impl Store {
     /// the project open at that moment, or has changed the file since it was read.
     ///
     /// # Errors
-    /// [`Error::Read`] and [`Error::Video`] if the file, or the video of a new project, cannot be
-    /// read; [`Error::Invalid`] and [`Error::Version`] if the file is not a project;
+    /// [`Error::Track`] if the file, or the video of a new project, cannot be read;
+    /// [`Error::Invalid`] and [`Error::Version`] if the file is not a project;
     /// [`Error::OtherVideo`] if the project belongs to another video that still exists.
     pub fn open_shared(path: &Path, video: Option<&Path>, limits: Limits) -> Result<Self, Error> {
         Self::open_or_begin(real(path)?, video, None, limits)
@@ -225,7 +225,7 @@ impl Store {
     /// the project file. A file of somebody else could name any other one.
     ///
     /// # Errors
-    /// [`Error::VideoOutside`]; [`Error::Read`] if there is no such video.
+    /// [`Error::VideoOutside`]; [`Error::Track`] if there is no such video.
     pub fn video_to_read(&self) -> Result<&Path, Error> {
         if self.video_given {
             return Ok(&self.video);
@@ -264,7 +264,7 @@ impl Store {
     /// an earlier run has kept there, if the project is as that run has left it.
     ///
     /// # Errors
-    /// [`Error::Read`] if there is a project file that cannot be read again.
+    /// [`Error::Track`] if there is a project file that cannot be read again.
     pub fn keep_history(&mut self) -> Result<(), Error> {
         let text = self.saved.map(|_| files::read(&self.path)).transpose();
         let text = text.map_err(|error| Error::read(&self.path, error))?;
@@ -360,7 +360,7 @@ impl Store {
     /// there is the old one or the new one.
     ///
     /// # Errors
-    /// [`Error::Write`]; the changes are still in memory. Of a shared project, [`Error::InUse`] and
+    /// [`Error::Track`]; the changes are still in memory. Of a shared project, [`Error::InUse`] and
     /// [`Error::Overtaken`].
     pub fn save(&mut self) -> Result<(), Error> {
         if self.is_saved() {
@@ -402,7 +402,9 @@ impl Store {
     pub fn changed(&self) -> Option<String> {
         match self.video_to_read() {
             Ok(video) => self.project.video.change(video),
-            Err(Error::Read { source, .. }) => Some(unreadable(&source)),
+            Err(Error::Track(patchlock_track::Error::Read { source, .. })) => {
+                Some(unreadable(&source))
+            }
             Err(error) => Some(unreadable(&error)),
         }
     }

@@ -22,7 +22,7 @@ impl Video {
     /// the limits is refused. Returns also what a user should know of the frames.
     ///
     /// # Errors
-    /// [`Error::Read`] and [`Error::Video`] if it cannot be read or has no frames.
+    /// [`Error::Track`] if it cannot be read or has no frames.
     pub fn describe(
         video: &Path,
         folder: &Path,

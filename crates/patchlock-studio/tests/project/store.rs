@@ -395,10 +395,10 @@ fn files_that_are_wrong_give_clear_errors() {
     assert!(error("\u{feff}{}").contains("is not a valid project"));
     let missing =
         Store::open(&place.folder().join("none.json"), None, Limits::default()).unwrap_err();
-    assert!(matches!(missing, Error::Read { .. }), "{missing}");
+    assert!(matches!(missing, Error::Track(patchlock_track::Error::Read { .. })), "{missing}");
     let no_folder =
         Store::open(&place.folder().join("a/b.json"), None, Limits::default()).unwrap_err();
-    assert!(matches!(no_folder, Error::Read { .. }), "{no_folder}");
+    assert!(matches!(no_folder, Error::Track(patchlock_track::Error::Read { .. })), "{no_folder}");
 }
 
 #[test]
