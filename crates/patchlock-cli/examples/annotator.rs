@@ -28,7 +28,7 @@ use patchlock::{Preset, Tracker};
 use patchlock_bench::dataset::{Dataset, Sequence};
 use patchlock_media::image_file;
 use patchlock_studio::project::{Key, Target, TrackedBox};
-use patchlock_studio::tracking::{FrameEstimate, join, review};
+use patchlock_studio::tracking::{join, review};
 
 type Result<T> = std::result::Result<T, Box<dyn Error + Send + Sync>>;
 
@@ -90,7 +90,7 @@ struct AnnotationRun<'a> {
     first: usize,
     /// By the frame that was tracked from and whether it was forward; the frames in the order of
     /// tracking.
-    found: HashMap<(usize, bool), Vec<FrameEstimate>>,
+    found: HashMap<(usize, bool), Vec<TrackedBox>>,
 }
 
 impl<'a> AnnotationRun<'a> {
@@ -190,7 +190,7 @@ impl<'a> AnnotationRun<'a> {
         for (at, &first) in frames.iter().enumerate() {
             let Some(&last) = frames.get(at + 1) else {
                 let open = self.run(first, self.sequence.truth.len() - 1)?;
-                boxes.extend((first + 1..).zip(open.into_iter().map(TrackedBox::from)));
+                boxes.extend((first + 1..).zip(open));
                 continue;
             };
             let forward = self.run(first, last)?;
@@ -204,7 +204,7 @@ impl<'a> AnnotationRun<'a> {
     }
 
     /// The frames after `from` up to and with `to`, tracked from the truth in `from`.
-    fn run(&mut self, from: usize, to: usize) -> Result<Vec<FrameEstimate>> {
+    fn run(&mut self, from: usize, to: usize) -> Result<Vec<TrackedBox>> {
         let count = from.abs_diff(to);
         let key = (from, to > from);
         if let Some(found) = self.found.get(&key)
@@ -219,7 +219,7 @@ impl<'a> AnnotationRun<'a> {
             let picture = image_file::load(&self.sequence.frames[frame])?;
             let pixels = picture.frame()?;
             match &mut tracker {
-                Some(tracker) => found.push(FrameEstimate::from(tracker.update(&pixels)?)),
+                Some(tracker) => found.push(TrackedBox::from(tracker.update(&pixels)?)),
                 None => {
                     let bbox = self.key(from).bbox;
                     tracker = Some(Tracker::start(Preset::Robust, &pixels, bbox)?);

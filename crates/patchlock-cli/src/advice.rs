@@ -198,16 +198,14 @@ pub fn bench_hint(error: &patchlock_bench::Error) -> Option<String> {
 
 pub fn project_message(error: &project::Error) -> String {
     match error {
-        project::Error::Video(error) => media_message(error),
-        project::Error::Export(error) => track_message(error),
+        project::Error::Track(error) => track_message(error),
         error => error.to_string(),
     }
 }
 
 pub fn project_hint(error: &project::Error) -> Option<String> {
     match error {
-        project::Error::Video(error) => media_hint(error),
-        project::Error::Export(error) => track_hint(error),
+        project::Error::Track(error) => track_hint(error),
         project::Error::OtherVideo { .. } => {
             Some("name another project file with --project".to_string())
         }

@@ -9,7 +9,7 @@ use patchlock::BoundingBox;
 use patchlock_media::live::LiveSource;
 use patchlock_media::{Feed, NextFrame, Picture};
 use patchlock_studio::server::AllowedHosts;
-use patchlock_studio::server::window::{Answer, Window, WindowOptions};
+use patchlock_studio::server::window::{Window, WindowOptions};
 use serde_json::{Value, json};
 
 use crate::failure::{Failure, failed, interrupted, say};
@@ -39,24 +39,20 @@ pub fn ask(
 ) -> Result<(Vec<BoundingBox>, (usize, Picture)), Failure> {
     say("draw a box around the target there");
     let mut shown = (first.0, Arc::new(first.1));
-    let answer = match feed {
+    let boxes = match feed {
         Feed::Live(live) if !live.has_length() => {
             let newer = &mut || newer_of(live);
-            window.ask_live(&mut shown, newer, &interrupt::requested)?
+            window.ask(&mut shown, Some(newer), &interrupt::requested)?
         }
-        _ => window.ask(shown.0, &shown.1, &interrupt::requested),
+        _ => window.ask::<Failure>(&mut shown, None, &interrupt::requested)?,
     };
-    match answer {
-        Answer::Boxes(boxes) => {
-            let options: Vec<String> = boxes
-                .iter()
-                .map(|BoundingBox { x, y, w, h }| format!("--box {x},{y},{w},{h}"))
-                .collect();
-            say(&options.join(" "));
-            Ok((boxes, (shown.0, Arc::unwrap_or_clone(shown.1))))
-        }
-        Answer::Cancelled | Answer::Stopped => Err(interrupted("stopped: no box was drawn")),
+    if boxes.is_empty() {
+        return Err(interrupted("stopped: no box was drawn"));
     }
+    let options: Vec<String> =
+        boxes.iter().map(|BoundingBox { x, y, w, h }| format!("--box {x},{y},{w},{h}")).collect();
+    say(&options.join(" "));
+    Ok((boxes, (shown.0, Arc::unwrap_or_clone(shown.1))))
 }
 
 /// Waits shortly for a newer frame, which takes the place of the last one.

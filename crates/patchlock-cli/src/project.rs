@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use patchlock_media::{Limits, Order};
 use patchlock_studio::project::{self, Edit, Project, Store, Target};
-use patchlock_studio::tracking::FrameEstimate;
 
 use crate::failure::{Failure, failed, usage};
 use crate::output::{Sink, TrackedFrame};
@@ -23,7 +22,7 @@ pub fn open(file: &Path, video: &Path, limits: Limits) -> Result<Store, Failure>
             "a project belongs to one file or folder, so that it can tell whether that has changed",
         ));
     }
-    let store = Store::open_within(file, Some(video), limits)?;
+    let store = Store::open(file, Some(video), limits)?;
     match store.changed() {
         None => Ok(store),
         Some(change) => Err(failed(format!("{}: {change}", file.display()))
@@ -145,7 +144,7 @@ impl Sink for Output {
             if is_start {
                 boxes.keys.insert(frame.frame, project::Key::new(target.bbox));
             } else {
-                boxes.tracked.insert(frame.frame, FrameEstimate::from(&target.estimate).into());
+                boxes.tracked.insert(frame.frame, (&target.estimate).into());
             }
         }
         self.begun = true;

@@ -180,7 +180,7 @@ fn project_of(video: &Path) -> String {
         frames_of_others(&scratch, "frames");
         let file = scratch.folder().join("clip.json");
         let frames = scratch.folder().join("frames");
-        let mut store = Store::create(&file, &frames).expect("is a video");
+        let mut store = Store::open(&file, Some(&frames), Limits::default()).expect("is a video");
         let bbox = json!({ "x": 2, "y": 2, "w": 6, "h": 5 });
         let edit = json!({ "edit": "add_target", "label": "target", "frame": 0, "box": bbox });
         let edit: Edit = serde_json::from_value(edit).expect("is an edit");
@@ -280,8 +280,8 @@ fn read(folder: &Path) {
         }
         accepted(image_file::size(path));
         accepted(files::read(path));
-        accepted(Store::open_shared(path, None));
-        accepted(Store::open_shared(path, Some(folder)));
+        accepted(Store::open_shared(path, None, Limits::default()));
+        accepted(Store::open_shared(path, Some(folder), Limits::default()));
     }
     accepted(SharedLabels::new(folder).read());
 }

@@ -1,5 +1,6 @@
 //! Project files, with edits, undo and redo.
 
+use patchlock_media::Limits;
 use patchlock_studio::project::{Edit, Project, Store};
 use patchlock_studio::tracking::review::suggestions;
 
@@ -17,13 +18,15 @@ pub fn project(data: &[u8]) {
     let mut parts = parts(data);
     let scratch = Scratch::new();
     let file = scratch.file("clip.json", parts.next().unwrap_or_default());
-    let Some(mut store) = accepted(Store::open_shared(&file, None)) else { return };
+    let Some(mut store) = accepted(Store::open_shared(&file, None, Limits::default())) else {
+        return;
+    };
     sound(store.project());
     let first = content(store.project());
     for part in parts.take(STEPS) {
         match part {
-            b"undo" => drop(store.undo().expect("a step can be taken back")),
-            b"redo" => drop(store.redo().expect("a step can be done again")),
+            b"undo" => drop(store.step(false).expect("a step can be taken back")),
+            b"redo" => drop(store.step(true).expect("a step can be done again")),
             b"save" => saved(&mut store),
             edits => {
                 let Some(edits) = accepted(serde_json::from_slice::<Vec<Edit>>(edits)) else {
@@ -42,11 +45,11 @@ pub fn project(data: &[u8]) {
     }
     saved(&mut store);
     // Redo first, so that all steps are taken back.
-    while store.redo().expect("a step can be done again").is_some() {}
+    while store.step(true).expect("a step can be done again").is_some() {}
     let last = content(store.project());
-    while store.undo().expect("a step can be taken back").is_some() {}
+    while store.step(false).expect("a step can be taken back").is_some() {}
     assert_eq!(content(store.project()), first, "undo does not restore");
-    while store.redo().expect("a step can be done again").is_some() {}
+    while store.step(true).expect("a step can be done again").is_some() {}
     assert_eq!(content(store.project()), last, "redo does not bring back");
     exported(store.project());
 }
@@ -68,6 +71,7 @@ fn sound(project: &Project) {
 /// Saves a project and reads it again.
 fn saved(store: &mut Store) {
     store.save().expect("a project can be saved");
-    let read = Store::open_shared(store.path(), None).expect("what was saved can be read");
+    let read = Store::open_shared(store.path(), None, Limits::default())
+        .expect("what was saved can be read");
     assert_eq!(read.project(), store.project());
 }

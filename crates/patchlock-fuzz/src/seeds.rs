@@ -8,7 +8,7 @@ use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
 use image::{DynamicImage, ImageFormat};
 use patchlock::{BoundingBox, Frame, MultiTracker, Preset, Status, Tracker, TrackerConfig};
-use patchlock_media::{FrameRate, Mp4Writer};
+use patchlock_media::{FrameRate, Limits, Mp4Writer};
 use patchlock_studio::project::{Edit, Store};
 use patchlock_track::export::{self, Entry, Track};
 use serde::Serialize;
@@ -449,8 +449,8 @@ fn projects() -> Vec<Vec<u8>> {
         scratch.file(&format!("frames/{k:04}.bmp"), &bmp(64, 48, k));
     }
     let file = scratch.folder().join("p.json");
-    let mut store =
-        Store::create(&file, &scratch.folder().join("frames")).expect("the video can be read");
+    let mut store = Store::open(&file, Some(&scratch.folder().join("frames")), Limits::default())
+        .expect("the video can be read");
     store.save().expect("can be written");
     let empty = fs::read_to_string(&file).expect("is text");
     let all = edits();

@@ -109,7 +109,8 @@ impl Studio {
     fn check_files(&self) {
         let file = self.scratch.folder().join("frames.patchlock.json");
         if file.exists() {
-            Store::open_shared(&file, None).expect("the project on disk is whole");
+            Store::open_shared(&file, None, Limits::default())
+                .expect("the project on disk is whole");
         }
         SharedLabels::new(self.scratch.folder()).read().expect("the labels on disk are whole");
         let outside = |path: &Path| {

@@ -11,7 +11,7 @@ use patchlock_bench::results as read_results;
 use patchlock_bench::score::{self, TrackerScore};
 use patchlock_cli::target::Truth;
 use patchlock_cli::targets::Targets;
-use patchlock_media::Picture;
+use patchlock_media::{Limits, Picture};
 use patchlock_studio::project::{Project, Store, Target};
 use patchlock_studio::{export as studio_export, import};
 use patchlock_track::export::{self, KeyFrames, Track};
@@ -248,5 +248,5 @@ fn empty_project(scratch: &Scratch) -> Store {
         "labels": [{ "name": "target", "colour": "#e69f00" }], "targets": [],
     });
     let file = scratch.file("project.json", text.to_string().as_bytes());
-    Store::open_shared(&file, None).expect("is a project")
+    Store::open_shared(&file, None, Limits::default()).expect("is a project")
 }

@@ -154,16 +154,14 @@ fn bench_advice(error: &patchlock_bench::Error) -> Option<String> {
 
 fn project_message(error: &project::Error) -> String {
     match error {
-        project::Error::Video(error) => media_message(error),
-        project::Error::Export(error) => track_message(error),
+        project::Error::Track(error) => track_message(error),
         error => error.to_string(),
     }
 }
 
 fn project_advice(error: &project::Error) -> Option<String> {
     match error {
-        project::Error::Video(error) => media_advice(error),
-        project::Error::Export(error) => track_advice(error),
+        project::Error::Track(error) => track_advice(error),
         project::Error::OtherVideo { .. } => {
             Some("name another project file with path=".to_string())
         }

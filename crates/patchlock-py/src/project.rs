@@ -7,7 +7,6 @@ use patchlock_media::Limits;
 use patchlock_studio::export::{self, Format, Options};
 use patchlock_studio::import;
 use patchlock_studio::project::{self as rust, Edit, Error, Outline, Store, Target};
-use patchlock_studio::tracking::FrameEstimate;
 use patchlock_track::files;
 use pyo3::exceptions::{PyKeyError, PyOSError, PyValueError};
 use pyo3::prelude::*;
@@ -48,7 +47,7 @@ impl Project {
         max_pixels: usize,
     ) -> PyResult<Self> {
         let limits = Limits { pixels: max_pixels, ..Limits::default() };
-        let store = py.detach(|| Store::open_shared_within(&path, video.as_deref(), limits));
+        let store = py.detach(|| Store::open_shared(&path, video.as_deref(), limits));
         Ok(Self { store: store.map_err(to_python)? })
     }
 
@@ -80,7 +79,7 @@ impl Project {
     /// How the video has changed since the project was begun, in words; `None` if it has not.
     #[getter]
     fn changed(&self, py: Python<'_>) -> Option<String> {
-        py.detach(|| self.store.changed()).map(|change| change.to_string())
+        py.detach(|| self.store.changed())
     }
 
     /// Whether a person said that the video is annotated completely. It can be set.
@@ -231,7 +230,7 @@ impl Project {
         for estimate in estimates.try_iter()? {
             let estimate = estimate?.extract::<PyRef<'_, Estimate>>()?;
             let (frame, found) = estimate.to_rust();
-            tracked.insert(frame as usize, rust::TrackedBox::from(FrameEstimate::from(found)));
+            tracked.insert(frame as usize, rust::TrackedBox::from(found));
         }
         let span = tracked.keys().next().copied().zip(tracked.keys().next_back().copied());
         let (from, to) = span.ok_or_else(|| PyValueError::new_err("there are no estimates"))?;
@@ -271,12 +270,12 @@ impl Project {
 
     /// Takes back the last change; `False` if there is none.
     fn undo(&mut self) -> PyResult<bool> {
-        Ok(self.store.undo().map_err(to_python)?.is_some())
+        Ok(self.store.step(false).map_err(to_python)?.is_some())
     }
 
     /// Makes the change again that was taken back last; `False` if there is none.
     fn redo(&mut self) -> PyResult<bool> {
-        Ok(self.store.redo().map_err(to_python)?.is_some())
+        Ok(self.store.step(true).map_err(to_python)?.is_some())
     }
 
     /// Adds the targets of a file of another tool, or of a table.
@@ -403,7 +402,7 @@ impl Project {
 fn read_files(path: &Path) -> Result<Vec<import::File>, Error> {
     let read = |path: &Path| -> Result<import::File, Error> {
         let content = files::read(path);
-        let content = content.map_err(|source| Error::Read { path: path.to_path_buf(), source })?;
+        let content = content.map_err(|source| patchlock_track::Error::read(path, source))?;
         Ok(import::File { name: path.to_string_lossy().into_owned(), content })
     };
     if !path.is_dir() {

@@ -1,10 +1,12 @@
 //! Lets a person draw a box on a frame, on a page in the browser.
 
 use std::cell::RefCell;
+use std::convert::Infallible;
+use std::sync::Arc;
 
 use patchlock::BoundingBox;
 use patchlock_media::Picture;
-use patchlock_studio::server::window::{Answer, Window, WindowOptions};
+use patchlock_studio::server::window::{Window, WindowOptions};
 use patchlock_studio::server::{AllowedHost, AllowedHosts};
 use pyo3::exceptions::{PyOSError, PyRuntimeError};
 use pyo3::prelude::*;
@@ -28,7 +30,7 @@ pub fn select_boxes(
 ) -> PyResult<Vec<(f64, f64, f64, f64)>> {
     let pixels = Pixels::of(frame, Channels::parse(channels)?)?;
     let (width, height) = pixels.size()?;
-    let picture = Picture::rgb(width, height, pixels.to_rgb()?);
+    let picture = Arc::new(Picture::rgb(width, height, pixels.to_rgb()?));
     let cannot = |error: patchlock_studio::server::Error| PyOSError::new_err(error.to_string());
     let allowed = host.map(str::parse::<AllowedHost>).transpose().map_err(errors::of_value)?;
     let advice = "give select_box the address at which you read the page: address=\"...\"";
@@ -36,7 +38,7 @@ pub fn select_boxes(
     let options = WindowOptions { port, hosts, in_notebook };
     let window = py.detach(|| Window::open(options)).map_err(cannot)?;
     opened.call1((window.address(), window.address_once().map_err(cannot)?))?;
-    let (answer, signal) = py.detach(|| {
+    let (boxes, signal) = py.detach(|| {
         let signal = RefCell::new(None);
         // Ctrl-C is an exception of Python.
         let stopped = || match Python::attach(|py| py.check_signals()) {
@@ -46,17 +48,15 @@ pub fn select_boxes(
                 true
             }
         };
-        let answer = window.ask(0, &picture, &stopped);
+        let Ok(boxes) = window.ask::<Infallible>(&mut (0, picture), None, &stopped);
         drop(window);
-        (answer, signal.into_inner())
+        (boxes, signal.into_inner())
     });
-    match (answer, signal) {
-        (_, Some(error)) => Err(error),
-        (Answer::Boxes(boxes), None) => {
-            Ok(boxes.into_iter().map(|BoundingBox { x, y, w, h }| (x, y, w, h)).collect())
-        }
-        (Answer::Cancelled | Answer::Stopped, None) => {
-            Err(PyRuntimeError::new_err("no box was drawn: the page was cancelled"))
-        }
+    if let Some(error) = signal {
+        return Err(error);
     }
+    if boxes.is_empty() {
+        return Err(PyRuntimeError::new_err("no box was drawn: the page was cancelled"));
+    }
+    Ok(boxes.into_iter().map(|BoundingBox { x, y, w, h }| (x, y, w, h)).collect())
 }

@@ -60,7 +60,7 @@ impl Format {
     /// The format of this name.
     ///
     /// # Errors
-    /// [`Error::Export`] if there is no such format; the message lists the names.
+    /// [`Error::Track`] if there is no such format; the message lists the names.
     pub fn named(name: &str) -> Result<Self, Error> {
         Self::all().find(|format| format.name() == name).ok_or_else(|| {
             let known = Self::all().map(Self::name).collect::<Vec<_>>().join(", ");
@@ -157,7 +157,7 @@ fn refused(reason: impl Into<String>) -> Error {
 /// `video` is where the frames are.
 ///
 /// # Errors
-/// [`Error::Export`] if the project has no boxes, or if `out` exists: a file is replaced only with
+/// [`Error::Track`] if the project has no boxes, or if `out` exists: a file is replaced only with
 /// `overwrite`, a folder never; or if the frames cannot be read or `out` cannot be written.
 pub fn write(
     project: &Project,
@@ -269,7 +269,7 @@ pub struct CombinedExport {
 /// after `stopped` returns true. Classes are numbered in the order of `labels`.
 ///
 /// # Errors
-/// As [`write()`]; [`Error::Export`] if the clips cannot be divided.
+/// As [`write()`]; [`Error::Track`] if the clips cannot be divided.
 pub fn write_all(
     clips: &[FolderClip],
     labels: &[Label],
@@ -360,7 +360,7 @@ fn of_tables<'a>(projects: impl IntoIterator<Item = &'a Project>) -> ExportSumma
 /// videos in the folder may be read.
 ///
 /// # Errors
-/// As [`Store::open_shared`] and [`SharedLabels::read`]; [`Error::Export`] if there are no projects, or
+/// As [`Store::open_shared`] and [`SharedLabels::read`]; [`Error::Track`] if there are no projects, or
 /// one of them is a link out of the folder.
 pub fn of_folder(folder: &Path) -> Result<(Vec<FolderClip>, Vec<Label>), Error> {
     const ENDING: &str = ".patchlock.json";
@@ -371,7 +371,7 @@ pub fn of_folder(folder: &Path) -> Result<(Vec<FolderClip>, Vec<Label>), Error> 
         let name = patchlock_track::files::name_of(&file);
         let Some(name) = name.strip_suffix(ENDING) else { continue };
         check_place(&file, folder)?;
-        let store = Store::open_shared(&file, None)?;
+        let store = Store::open_shared(&file, None, Limits::default())?;
         let renamed = vocabulary.absorb(store.project())?;
         clips.push((name.to_owned(), store, renamed));
     }
@@ -433,7 +433,7 @@ fn check_rows(project: &Project) -> Result<(), Error> {
 /// The boxes of all targets, with labels, attributes and what a person has said.
 ///
 /// # Errors
-/// [`Error::Export`] if there are no boxes, or more than [`export::MOST_LINES`] boxes and hidden
+/// [`Error::Track`] if there are no boxes, or more than [`export::MOST_LINES`] boxes and hidden
 /// frames.
 pub fn track(project: &Project) -> Result<Track, Error> {
     check_rows(project)?;

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use patchlock::{BoundingBox, Frame, Preset, Status, Tracker};
 use patchlock_scene::{KeyPose, Post, Scene, SceneConfig};
 use patchlock_studio::project::{Key, Target, TrackedBox};
-use patchlock_studio::tracking::{FrameEstimate, join::join, review};
+use patchlock_studio::tracking::{join::join, review};
 
 /// A target that passes behind a post, at this speed in pixels per frame. The post is wider than
 /// the target, so that it is hidden completely for some frames.
@@ -27,7 +27,7 @@ fn passing(width: f64, speed: f64, seed: u64) -> SceneConfig {
 struct Clip {
     scene: Scene,
     frames: Vec<Vec<u8>>,
-    passes: BTreeMap<(usize, bool), Vec<FrameEstimate>>,
+    passes: BTreeMap<(usize, bool), Vec<TrackedBox>>,
 }
 
 impl Clip {
@@ -56,16 +56,15 @@ impl Clip {
     }
 
     /// What is found after the true box in one frame, up to and with another one.
-    fn pass(&mut self, from: usize, to: usize) -> Vec<FrameEstimate> {
+    fn pass(&mut self, from: usize, to: usize) -> Vec<TrackedBox> {
         let (forward, count) = (to > from, from.abs_diff(to));
         if !self.passes.contains_key(&(from, forward)) {
             let end = if forward { self.last() } else { 0 };
             let bbox = self.truth(from);
             let mut tracker = Tracker::start(Preset::Robust, &self.picture(from), bbox).unwrap();
             let frame = |step| if forward { from + step } else { from - step };
-            let found = (1..=from.abs_diff(end)).map(|step| {
-                FrameEstimate::from(tracker.update(&self.picture(frame(step))).unwrap())
-            });
+            let found = (1..=from.abs_diff(end))
+                .map(|step| TrackedBox::from(tracker.update(&self.picture(frame(step))).unwrap()));
             let found = found.collect();
             self.passes.insert((from, forward), found);
         }
@@ -99,7 +98,7 @@ impl Clip {
         match target.keys.range(frame + 1..).next().map(|(&last, _)| last) {
             Some(last) => self.between(target, [frame, last], &before),
             None if frame < self.last() => {
-                let found = self.pass(frame, self.last()).into_iter().map(TrackedBox::from);
+                let found = self.pass(frame, self.last());
                 target.tracked.extend((frame + 1..).zip(found));
             }
             None => {}

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use clap::Args;
 use clap::builder::PossibleValuesParser;
+use patchlock_media::Limits;
 use patchlock_studio::export as of_project;
 use patchlock_studio::project::Store;
 use patchlock_track::export::{
@@ -208,7 +209,7 @@ fn export_project(args: &ExportArgs) -> Result<()> {
         let message = format!("--label is not for the project {}", args.track.display());
         return Err(usage(message).hint("each target of a project has a label").into());
     }
-    let store = Store::open_shared(&args.track, None).map_err(Failure::from)?;
+    let store = Store::open_shared(&args.track, None, Limits::default()).map_err(Failure::from)?;
     Inputs::default().with_source(store.video()).check(&args.out)?;
     args.images.iter().for_each(|images| say_if_other(&store, images));
     let format = of_project::Format::named(&args.format).map_err(Failure::from)?;

@@ -188,7 +188,7 @@ fn failure(error: server::Error) -> Failure {
         server::Error::Clip(error) => {
             let failure = failed(advice::project_message(&error));
             match &*error {
-                project::Error::Write { .. } => {
+                project::Error::Track(patchlock_track::Error::Write { .. }) => {
                     failure.hint("--projects DIR keeps the projects in another folder")
                 }
                 error => advice::project_hint(error).into_iter().fold(failure, Failure::hint),

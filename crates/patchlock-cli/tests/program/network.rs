@@ -11,6 +11,7 @@ use patchlock_bench::bench::job::{self, Job};
 use patchlock_bench::bench::plan::{Options, TrackerSpec};
 use patchlock_bench::bench::schemes::Scheme;
 use patchlock_bench::trax::message::Message;
+use patchlock_media::Limits;
 use patchlock_studio::project::Store;
 use patchlock_track::ModelPaths;
 use predicates::prelude::*;
@@ -220,7 +221,8 @@ fn a_project_gets_the_boxes_of_a_network() {
     let bench = bench();
     let project = ["--preset", "network", "--model", "vit.onnx", "--project", "f.patchlock.json"];
     track(&bench, &project).success();
-    let store = Store::open_shared(&bench.path("f.patchlock.json"), None).unwrap();
+    let store =
+        Store::open_shared(&bench.path("f.patchlock.json"), None, Limits::default()).unwrap();
     assert_eq!(store.project().targets[0].tracked.len(), 5);
 }
 

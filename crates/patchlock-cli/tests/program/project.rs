@@ -4,13 +4,17 @@ use std::fs;
 
 use crate::support::{BOX, Bench, patchlock};
 use patchlock::BoundingBox;
+use patchlock_media::Limits;
 use patchlock_studio::project::{Edit, Project, Store};
 use predicates::prelude::*;
 
 const PROJECT: [&str; 2] = ["--project", "f.patchlock.json"];
 
 fn project(bench: &Bench) -> Project {
-    Store::open_shared(&bench.path("f.patchlock.json"), None).unwrap().project().clone()
+    Store::open_shared(&bench.path("f.patchlock.json"), None, Limits::default())
+        .unwrap()
+        .project()
+        .clone()
 }
 
 fn frames<V>(map: &std::collections::BTreeMap<usize, V>) -> Vec<usize> {
@@ -54,7 +58,9 @@ fn a_box_begins_a_project_and_another_adds_to_it() {
 fn targets_of_a_project_are_tracked_from_their_keys() {
     let bench = Bench::new();
     bench.images("f", 8);
-    let mut store = Store::create(&bench.path("f.patchlock.json"), &bench.path("f")).unwrap();
+    let mut store =
+        Store::open(&bench.path("f.patchlock.json"), Some(&bench.path("f")), Limits::default())
+            .unwrap();
     let bbox = BoundingBox { x: 20.0, y: 18.0, w: 32.0, h: 28.0 };
     let key = |frame| Edit::SetKey {
         target: 1,

@@ -186,12 +186,9 @@ fn next_project(error: &project::Error) -> Option<project::Error> {
     use project::Error;
     let (path, reason) = (|| "p".into(), "why".to_string());
     Some(match error {
-        Error::Read { .. } => Error::Write { path: path(), source: io_error() },
-        Error::Write { .. } => Error::Invalid { path: path(), reason },
         Error::Invalid { .. } => Error::Labels { path: path(), reason },
         Error::Labels { .. } => Error::Version { path: path(), version: 9 },
-        Error::Version { .. } => Error::Exists { path: path() },
-        Error::Exists { .. } => Error::InUse { path: path(), by: "another program".into() },
+        Error::Version { .. } => Error::InUse { path: path(), by: "another program".into() },
         Error::InUse { .. } => Error::Overtaken { path: path() },
         Error::Overtaken { .. } => {
             Error::OtherVideo { path: path(), expected: "a".into(), given: "b".into() }
@@ -199,17 +196,14 @@ fn next_project(error: &project::Error) -> Option<project::Error> {
         Error::OtherVideo { .. } => Error::VideoOutside { path: path(), video: "../v".into() },
         Error::VideoOutside { .. } => Error::Edit(reason),
         Error::Edit(_) => Error::Import(reason),
-        Error::Import(_) => Error::Export(patchlock_media::Error::NoFrames.into()),
-        Error::Export(_) => Error::Video(patchlock_media::Error::NoFrames),
-        Error::Video(_) => return None,
+        Error::Import(_) => Error::Track(patchlock_media::Error::NoFrames.into()),
+        Error::Track(_) => return None,
     })
 }
 
 fn all_of_project() -> impl Iterator<Item = project::Error> {
-    let first = project::Error::Read { path: "p".into(), source: io_error() };
-    successors(Some(first), next_project)
-        .chain(all_of_media().map(project::Error::from))
-        .chain(all_of_track().map(project::Error::from))
+    let first = project::Error::Invalid { path: "p".into(), reason: "why".into() };
+    successors(Some(first), next_project).chain(all_of_track().map(project::Error::from))
 }
 
 /// Each text of the libraries and of Python.

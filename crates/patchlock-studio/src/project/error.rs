@@ -3,30 +3,11 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use patchlock_media::without_path;
-use patchlock_track::error::{READ_ADVICE, WRITE_ADVICE};
-
 /// An error of a project or its file. The message states what is wrong, with the value and what is
 /// allowed. [`Error::advice`] is for users of any front end; what names an option is worded by the
 /// front end.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// A file cannot be read.
-    #[error("cannot read {}: {source}", path.display())]
-    Read {
-        /// The file or folder.
-        path: PathBuf,
-        /// The error of the operating system.
-        source: io::Error,
-    },
-    /// The project file cannot be written.
-    #[error("cannot write {}: {source}", path.display())]
-    Write {
-        /// The file.
-        path: PathBuf,
-        /// The error of the operating system.
-        source: io::Error,
-    },
     /// The file is not a valid project.
     #[error("{} is not a valid project: {reason}", path.display())]
     Invalid {
@@ -54,12 +35,6 @@ pub enum Error {
         path: PathBuf,
         /// Its version.
         version: u64,
-    },
-    /// There is a project file already.
-    #[error("{} exists already", path.display())]
-    Exists {
-        /// The file.
-        path: PathBuf,
     },
     /// Another process has the project open.
     #[error("{} is open in {by}", path.display())]
@@ -99,36 +74,37 @@ pub enum Error {
     /// A file cannot be imported.
     #[error("cannot import: {0}")]
     Import(String),
-    /// The project cannot be exported.
+    /// A file or the video cannot be read, a file cannot be written, or the project cannot be
+    /// exported.
     #[error(transparent)]
-    Export(#[from] patchlock_track::Error),
-    /// The video cannot be read.
-    #[error(transparent)]
-    Video(#[from] patchlock_media::Error),
+    Track(#[from] patchlock_track::Error),
+}
+
+impl From<patchlock_media::Error> for Error {
+    fn from(error: patchlock_media::Error) -> Self {
+        Self::Track(error.into())
+    }
 }
 
 impl Error {
-    /// Shorthand that copies the path.
+    /// [`patchlock_track::Error::Read`] of this path.
     pub(crate) fn read(path: &Path, source: io::Error) -> Self {
-        Self::Read { path: path.to_path_buf(), source }
+        patchlock_track::Error::read(path, source).into()
     }
 
-    /// Shorthand that copies the path.
+    /// [`patchlock_track::Error::Write`] of this path.
     pub(crate) fn write(path: &Path, source: io::Error) -> Self {
-        let source = without_path(&source).unwrap_or(source);
-        Self::Write { path: path.to_path_buf(), source }
+        patchlock_track::Error::write(path, source).into()
     }
 
     /// Whether the request was invalid, as opposed to a failure while serving it.
     pub fn is_misuse(&self) -> bool {
         match self {
-            Self::Exists { .. }
-            | Self::OtherVideo { .. }
+            Self::OtherVideo { .. }
             | Self::VideoOutside { .. }
             | Self::Edit(_)
             | Self::Import(_) => true,
-            Self::Export(error) => error.is_misuse(),
-            Self::Video(error) => error.is_misuse(),
+            Self::Track(error) => error.is_misuse(),
             _ => false,
         }
     }
@@ -137,8 +113,6 @@ impl Error {
     /// or nothing helps.
     pub fn advice(&self) -> Option<String> {
         let advice = match self {
-            Self::Read { .. } => READ_ADVICE,
-            Self::Write { .. } => WRITE_ADVICE,
             Self::Invalid { .. } => {
                 "docs/project-file.md describes the file; it is never written in part, so another \
                  program changed it"
@@ -147,12 +121,10 @@ impl Error {
                 "docs/project-file.md describes the file; without it, the labels are those of the clips"
             }
             Self::Version { .. } => "use the version of Patchlock that wrote it, or a newer one",
-            Self::Exists { .. } => "open it, or name another file",
             Self::InUse { .. } => "close it there, or work there",
             Self::Overtaken { .. } => "open it again, and repeat the changes",
             Self::Import(_) => "docs/annotating.md says what is read from each format",
-            Self::Video(error) => return error.advice(),
-            Self::Export(error) => return error.advice(),
+            Self::Track(error) => return error.advice(),
             Self::VideoOutside { .. } => "name the video yourself, if the file is to be trusted",
             Self::OtherVideo { .. } | Self::Edit(_) => return None,
         };

@@ -167,11 +167,6 @@ impl History {
         Self { events: Some(Vec::new()), ..history }
     }
 
-    /// Forgets all steps.
-    pub(super) fn clear(&mut self) {
-        self.happen(Event::Whole { done: VecDeque::new(), undone: Vec::new() });
-    }
-
     /// What has happened since the last call, as JSON.
     pub(super) fn take_events(&mut self) -> Vec<String> {
         self.events.as_mut().map(std::mem::take).unwrap_or_default()

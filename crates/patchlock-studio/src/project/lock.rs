@@ -21,7 +21,7 @@ impl Lock {
     ///
     /// # Errors
     /// [`Error::InUse`] if another process has it, or another store of this process;
-    /// [`Error::Write`], also if something else has the name of the lock's file.
+    /// [`Error::Track`], also if something else has the name of the lock's file.
     pub fn take(project: &Path) -> Result<Self, Error> {
         let path = lock_file(project);
         let cannot = |error| Error::write(&path, error);

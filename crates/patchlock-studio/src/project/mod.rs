@@ -36,7 +36,6 @@ pub(crate) use frames::cut_map;
 pub use history::{History, MAX_BOXES, MAX_STEPS};
 pub use shared::{FILE as LABELS_FILE, SharedLabels, Vocabulary};
 pub use store::{Store, beside, in_folder};
-pub use video::VideoChange;
 
 /// A video with its targets.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -74,7 +74,7 @@ impl SharedLabels {
     /// The labels as they are now.
     ///
     /// # Errors
-    /// [`Error::Read`]; [`Error::Labels`] if the file is not as it must be.
+    /// [`Error::Track`]; [`Error::Labels`] if the file is not as it must be.
     pub fn read(&self) -> Result<Vocabulary, Error> {
         match files::read(&self.path) {
             Ok(text) => Vocabulary::parse(&text)
@@ -88,7 +88,7 @@ impl SharedLabels {
     ///
     /// # Errors
     /// As [`SharedLabels::read`], and those of the work, after which nothing is changed;
-    /// [`Error::InUse`]; [`Error::Write`].
+    /// [`Error::InUse`]; [`Error::Track`].
     pub fn update<T>(
         &mut self,
         work: impl FnOnce(&mut Vocabulary) -> Result<T, Error>,

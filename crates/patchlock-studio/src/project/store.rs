@@ -11,7 +11,8 @@ use sha2::{Digest as _, Sha256};
 use super::history::History;
 use super::lock::Lock;
 use super::log::Log;
-use super::{Edit, Error, Label, PLACEHOLDER, Project, Video, VideoChange, check, file};
+use super::video::unreadable;
+use super::{Edit, Error, Label, PLACEHOLDER, Project, Video, check, file};
 
 /// A project with its file and its history.
 ///
@@ -97,60 +98,26 @@ fn is_of_another(path: &Path, video: &Path, is_moved: impl Fn(&Project) -> bool)
 }
 
 impl Store {
-    /// Opens a project file, or begins a project for the video if there is no file. Without
-    /// `video`, the file must exist, and the video is the one that it names.
+    /// Opens a project file, or begins a project for the video, with the label `target`, if there is
+    /// no file; the first [`Store::save`] writes it. Without `video`, the file must exist, and the
+    /// video is the one that it names. `limits` are on what the video may claim.
     ///
     /// # Errors
-    /// [`Error::InUse`] if the project is open elsewhere; [`Error::OtherVideo`] if the project
-    /// belongs to another video that still exists; else as [`Store::create`] and
-    /// [`Store::open_shared`].
-    pub fn open(path: &Path, video: Option<&Path>) -> Result<Self, Error> {
-        Self::open_within(path, video, Limits::default())
-    }
-
-    /// The same as [`Store::open`], with limits on what the video may claim.
-    ///
-    /// # Errors
-    /// As [`Store::open`].
-    pub fn open_within(path: &Path, video: Option<&Path>, limits: Limits) -> Result<Self, Error> {
+    /// [`Error::InUse`] if the project is open elsewhere; [`Error::Track`] if nothing can be written
+    /// to the folder; else as [`Store::open_shared`].
+    pub fn open(path: &Path, video: Option<&Path>, limits: Limits) -> Result<Self, Error> {
         let (path, lock) = locked(path)?;
         Self::open_or_begin(path, video, Some(lock), limits)
-    }
-
-    /// Begins a project for a video, with the label `target`. The file is written by the first
-    /// [`Store::save`].
-    ///
-    /// # Errors
-    /// [`Error::Exists`] if there is such a file; [`Error::InUse`]; [`Error::Read`] and
-    /// [`Error::Video`] if the video cannot be read; [`Error::Write`] if nothing can be written to
-    /// the folder.
-    pub fn create(path: &Path, video: &Path) -> Result<Self, Error> {
-        let (path, lock) = locked(path)?;
-        match path.exists() {
-            true => Err(Error::Exists { path }),
-            false => Self::begin(path, video, Some(lock), Limits::default()),
-        }
     }
 
     /// Opens a project without keeping others from it. [`Store::save`] fails if another program has
     /// the project open at that moment, or has changed the file since it was read.
     ///
     /// # Errors
-    /// [`Error::Read`]; [`Error::Invalid`] and [`Error::Version`] if the file is not a project;
-    /// [`Error::OtherVideo`].
-    pub fn open_shared(path: &Path, video: Option<&Path>) -> Result<Self, Error> {
-        Self::open_shared_within(path, video, Limits::default())
-    }
-
-    /// The same as [`Store::open_shared`], with limits on what the video may claim.
-    ///
-    /// # Errors
-    /// As [`Store::open_shared`].
-    pub fn open_shared_within(
-        path: &Path,
-        video: Option<&Path>,
-        limits: Limits,
-    ) -> Result<Self, Error> {
+    /// [`Error::Track`] if the file, or the video of a new project, cannot be read;
+    /// [`Error::Invalid`] and [`Error::Version`] if the file is not a project;
+    /// [`Error::OtherVideo`] if the project belongs to another video that still exists.
+    pub fn open_shared(path: &Path, video: Option<&Path>, limits: Limits) -> Result<Self, Error> {
         Self::open_or_begin(real(path)?, video, None, limits)
     }
 
@@ -253,7 +220,7 @@ impl Store {
     /// the project file. A file of somebody else could name any other one.
     ///
     /// # Errors
-    /// [`Error::VideoOutside`]; [`Error::Read`] if there is no such video.
+    /// [`Error::VideoOutside`]; [`Error::Track`] if there is no such video.
     pub fn video_to_read(&self) -> Result<&Path, Error> {
         if self.video_given {
             return Ok(&self.video);
@@ -268,8 +235,7 @@ impl Store {
         }
     }
 
-    /// What a user should know of the frames of the video, found when the project was begun or the
-    /// video was changed.
+    /// What a user should know of the frames of the video, found when the project was begun.
     pub fn notes(&self) -> &[Note] {
         &self.notes
     }
@@ -293,7 +259,7 @@ impl Store {
     /// an earlier run has kept there, if the project is as that run has left it.
     ///
     /// # Errors
-    /// [`Error::Read`] if there is a project file that cannot be read again.
+    /// [`Error::Track`] if there is a project file that cannot be read again.
     pub fn keep_history(&mut self) -> Result<(), Error> {
         let text = self.saved.map(|_| files::read(&self.path)).transpose();
         let text = text.map_err(|error| Error::read(&self.path, error))?;
@@ -342,25 +308,12 @@ impl Store {
         self.history.end(step);
     }
 
-    /// Takes back the last step. Returns the new revision; `None` if there is no such step.
+    /// Takes back the last step, or with `redo` does the one again that was taken back last. Returns
+    /// the new revision; `None` if there is no such step.
     ///
     /// # Errors
     /// [`Error::Edit`] never, unless there is a bug.
-    pub fn undo(&mut self) -> Result<Option<u64>, Error> {
-        self.undo_or_redo(false)
-    }
-
-    /// Does the step again that was undone last. Returns the new revision; `None` if there is no
-    /// such step.
-    ///
-    /// # Errors
-    /// [`Error::Edit`] never, unless there is a bug.
-    pub fn redo(&mut self) -> Result<Option<u64>, Error> {
-        self.undo_or_redo(true)
-    }
-
-    /// As [`Store::undo`], or with `redo` as [`Store::redo`].
-    pub(crate) fn undo_or_redo(&mut self, redo: bool) -> Result<Option<u64>, Error> {
+    pub fn step(&mut self, redo: bool) -> Result<Option<u64>, Error> {
         let moved = self.history.step(&mut self.project, redo)?;
         self.revision += u64::from(moved);
         Ok(moved.then_some(self.revision))
@@ -388,16 +341,6 @@ impl Store {
         changed
     }
 
-    /// What the next [`Store::undo`] takes back, in a few words.
-    pub fn undo_text(&self) -> Option<&str> {
-        self.history.text(false)
-    }
-
-    /// What the next [`Store::redo`] does again, in a few words.
-    pub fn redo_text(&self) -> Option<&str> {
-        self.history.text(true)
-    }
-
     /// Whether the file has all changes.
     pub fn is_saved(&self) -> bool {
         self.saved == Some(self.revision) && !self.relabelled
@@ -412,7 +355,7 @@ impl Store {
     /// there is the old one or the new one.
     ///
     /// # Errors
-    /// [`Error::Write`]; the changes are still in memory. Of a shared project, [`Error::InUse`] and
+    /// [`Error::Track`]; the changes are still in memory. Of a shared project, [`Error::InUse`] and
     /// [`Error::Overtaken`].
     pub fn save(&mut self) -> Result<(), Error> {
         if self.is_saved() {
@@ -449,34 +392,16 @@ impl Store {
         }
     }
 
-    /// How the video differs from the one that the project was made for; `None` if it is the same.
-    /// Reads up to 64 MiB of it, if [`Store::video_to_read`] allows that.
-    pub fn changed(&self) -> Option<VideoChange> {
+    /// How the video differs from the one that the project was made for, in words; `None` if it is
+    /// the same. Reads up to 64 MiB of it, if [`Store::video_to_read`] allows that.
+    pub fn changed(&self) -> Option<String> {
         match self.video_to_read() {
             Ok(video) => self.project.video.change(video),
-            Err(Error::Read { source, .. }) => Some(VideoChange::Missing(source.to_string())),
-            Err(error) => Some(VideoChange::Missing(error.to_string())),
+            Err(Error::Track(patchlock_track::Error::Read { source, .. })) => {
+                Some(unreadable(&source))
+            }
+            Err(error) => Some(unreadable(&error)),
         }
-    }
-
-    /// Goes on with the video as it is now. The step cannot be undone, and none before it. Returns
-    /// the new revision.
-    ///
-    /// # Errors
-    /// [`Error::Edit`] if targets have boxes beyond its end; as [`Store::create`] if it cannot be
-    /// read; as [`Store::video_to_read`].
-    pub fn accept_video(&mut self) -> Result<u64, Error> {
-        let video = self.video_to_read()?;
-        let (video, notes) = Video::describe(video, folder_of(&self.path), self.limits)?;
-        let old = std::mem::replace(&mut self.project.video, video);
-        if let Err(reason) = check::project(&self.project) {
-            self.project.video = old;
-            return Err(Error::Edit(format!("the boxes do not fit the changed video: {reason}")));
-        }
-        self.history.clear();
-        self.notes = notes;
-        self.revision += 1;
-        Ok(self.revision)
     }
 }
 

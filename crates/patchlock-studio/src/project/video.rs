@@ -1,6 +1,6 @@
 //! What is known of a project's video, and whether it has changed.
 
-use std::fmt;
+use std::fmt::Display;
 use std::fs::{self, File};
 use std::io::{self, Read as _, Seek as _, SeekFrom};
 use std::path::{Component, Path, PathBuf};
@@ -16,43 +16,13 @@ const PIECE: u64 = 1 << 20;
 /// The number of pieces. A file that is not longer than all of them is hashed whole.
 const PIECES: u64 = 64;
 
-/// How a video differs from the one that the boxes were drawn on. Its text is for a person to read.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum VideoChange {
-    /// It is not there, or cannot be read, for this reason.
-    Missing(String),
-    /// It has another size.
-    Size {
-        /// The size in bytes that the project knows.
-        before: u64,
-        /// The size in bytes now.
-        now: u64,
-    },
-    /// It has the same size but other content.
-    Content,
-}
-
-impl fmt::Display for VideoChange {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Missing(reason) => write!(f, "the video cannot be read: {reason}"),
-            Self::Size { before, now } => {
-                write!(f, "the video has changed: it had {before} bytes, and now has {now}")
-            }
-            Self::Content => {
-                write!(f, "the video has changed: it has the same size, but other content")
-            }
-        }
-    }
-}
-
 impl Video {
     /// Describes a video for a project file in this folder. Reads the first frame, and all of them
     /// if neither the file nor its packets say how many there are. A video that claims more than
     /// the limits is refused. Returns also what a user should know of the frames.
     ///
     /// # Errors
-    /// [`Error::Read`] and [`Error::Video`] if it cannot be read or has no frames.
+    /// [`Error::Track`] if it cannot be read or has no frames.
     pub fn describe(
         video: &Path,
         folder: &Path,
@@ -69,21 +39,27 @@ impl Video {
         Ok((Self { path, bytes, hash, frames, width, height }, source.notes()))
     }
 
-    /// How the video now differs; `None` if it is the same.
-    pub fn change(&self, video: &Path) -> Option<VideoChange> {
-        let now = match size(video) {
-            Ok(now) => now,
-            Err(error) => return Some(VideoChange::Missing(error.to_string())),
-        };
-        if now != self.bytes {
-            return Some(VideoChange::Size { before: self.bytes, now });
-        }
-        match fingerprint(video) {
-            Ok((_, hash)) if hash.eq_ignore_ascii_case(&self.hash) => None,
-            Ok(_) => Some(VideoChange::Content),
-            Err(error) => Some(VideoChange::Missing(error.to_string())),
+    /// How the video now differs, in words; `None` if it is the same.
+    pub fn change(&self, video: &Path) -> Option<String> {
+        let differs = size(video).and_then(|now| {
+            if now != self.bytes {
+                let before = self.bytes;
+                return Ok(Some(format!("it had {before} bytes, and now has {now}")));
+            }
+            let (_, hash) = fingerprint(video)?;
+            let is_same = hash.eq_ignore_ascii_case(&self.hash);
+            Ok((!is_same).then(|| "it has the same size, but other content".to_owned()))
+        });
+        match differs {
+            Ok(how) => how.map(|how| format!("the video has changed: {how}")),
+            Err(error) => Some(unreadable(&error)),
         }
     }
+}
+
+/// What is said of a video that is not there, or cannot be read, for this reason.
+pub fn unreadable(reason: &dyn Display) -> String {
+    format!("the video cannot be read: {reason}")
 }
 
 fn other(error: patchlock_track::Error) -> io::Error {

@@ -32,15 +32,14 @@ pub fn track(error: &patchlock_track::Error) -> Option<String> {
 /// The hint for an error of a project.
 pub fn project(error: &project::Error) -> Option<String> {
     match error {
-        project::Error::Video(error) => media(error),
-        project::Error::Export(error) => track(error),
         project::Error::OtherVideo { .. } => {
             Some("start the studio with another project file".to_string())
         }
-        project::Error::Write { .. } => Some(
+        project::Error::Track(patchlock_track::Error::Write { .. }) => Some(
             "free space on the disk, or start the studio with another folder for the projects"
                 .to_string(),
         ),
+        project::Error::Track(error) => track(error),
         _ => error.advice(),
     }
 }

@@ -101,7 +101,9 @@ impl From<project::Error> for Refusal {
 impl From<&project::Error> for Refusal {
     fn from(error: &project::Error) -> Self {
         let status = match error {
-            project::Error::Write { .. } => StatusCode::INTERNAL_SERVER_ERROR,
+            project::Error::Track(patchlock_track::Error::Write { .. }) => {
+                StatusCode::INTERNAL_SERVER_ERROR
+            }
             error if error.is_misuse() => StatusCode::BAD_REQUEST,
             _ => StatusCode::UNPROCESSABLE_ENTITY,
         };

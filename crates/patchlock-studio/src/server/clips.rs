@@ -273,7 +273,7 @@ impl Clips {
         }
         // It may have found more since then.
         let done = text(held.store.history());
-        held.store.undo_or_redo(redo)?;
+        held.store.step(redo)?;
         Ok(said(clip.announce_and_save(&mut held)?, done))
     }
 
@@ -307,7 +307,7 @@ impl Clip {
     fn open_now(&self) -> Result<OpenClip, project::Error> {
         let ClipContext { settings, cache, .. } = &*self.shared;
         let limits = settings.limits;
-        let mut store = Store::open_within(&self.project, Some(&self.video), limits)?;
+        let mut store = Store::open(&self.project, Some(&self.video), limits)?;
         store.keep_history()?;
         let absorb = |all: &mut project::Vocabulary| all.absorb(store.project());
         let (labels, renamed) = self.shared.update_labels(absorb)?;
@@ -318,7 +318,7 @@ impl Clip {
         let source = engine.open(false)?;
         let video = &store.project().video;
         let (frames, width, height) = (video.frames, video.width, video.height);
-        let changed = store.changed().map(|change| change.to_string());
+        let changed = store.changed();
         // A changed video may have another length, of which the page warns. The same one has not.
         let is_wrong = |length: &usize| *length != frames && changed.is_none();
         if let Some(length) = source.length().filter(is_wrong) {
@@ -405,7 +405,8 @@ impl OpenClip {
 
     /// Tells all windows what can be undone and redone.
     pub fn tell_history(&self, held: &ProjectState) {
-        let (undo, redo) = (held.store.undo_text(), held.store.redo_text());
+        let history = held.store.history();
+        let (undo, redo) = (history.text(false), history.text(true));
         self.tell(&json!({ "type": "history", "undo": undo, "redo": redo }));
     }
 
@@ -436,8 +437,8 @@ impl OpenClip {
             "file": held.store.path(),
             "job": job,
             "windows": self.windows.load(Ordering::SeqCst),
-            "undo": held.store.undo_text(),
-            "redo": held.store.redo_text(),
+            "undo": held.store.history().text(false),
+            "redo": held.store.history().text(true),
             "changed": self.changed,
             "notes": held.store.notes().iter().map(ToString::to_string).collect::<Vec<_>>(),
         }))

@@ -7,14 +7,17 @@ use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
+use patchlock::{BoundingBox, Tracker};
+use patchlock_media::{Picture, Prefetcher};
 use serde_json::{Value, json};
 
 use super::answer::Refusal;
 use super::clips::{OpenClip, ProjectState, no_target};
 use super::lock;
-use crate::engine::Listener;
-use crate::engine::plan::{self, Span, TrackRequest};
+use crate::engine::Settings;
+use crate::engine::plan::{self, Anchor, Span, TrackRequest};
 use crate::project::{Edit, TrackedBox, cut_map};
+use crate::tracking::join::join;
 use crate::tracking::review::doubtful;
 
 /// Time between two messages with boxes.
@@ -293,11 +296,7 @@ impl<'a> Job<'a> {
         };
         self.running.progress.total = spans.iter().map(Span::steps).sum();
         for span in spans {
-            let engine = &self.clip.engine;
-            let tracked = engine.track(span, &before, self);
-            let Some(boxes) = tracked.map_err(|error| Refusal::failed(error.to_string()))? else {
-                return Ok(false);
-            };
+            let Some(boxes) = self.track(span, &before)? else { return Ok(false) };
             if !boxes.is_empty() {
                 self.untold.extend(&boxes);
                 self.unsaved.extend(boxes);
@@ -305,6 +304,86 @@ impl<'a> Job<'a> {
             }
         }
         Ok(true)
+    }
+
+    /// Tracks a span, with what was known before of [`doubtful`] frames. Returns the joined boxes of
+    /// a span between two others, without those; of an open one, none are left to add. `None` if it
+    /// was stopped. What was found until then, or until an error, is kept.
+    fn track(
+        &mut self,
+        span: Span,
+        before: &BTreeMap<usize, TrackedBox>,
+    ) -> Result<Option<Vec<(usize, TrackedBox)>>, Refusal> {
+        let (first, last) = match span {
+            Span::Between { first, last } => (first, last),
+            Span::Open { start, to } => {
+                let pass = self.pass(start, to, true)?;
+                return Ok(pass.map(|_| Vec::new()));
+            }
+        };
+        let Some(forward) = self.pass(first, last.0, true)? else { return Ok(None) };
+        let Some(mut backward) = self.pass(last, first.0, false)? else { return Ok(None) };
+        backward.reverse();
+        let before = |at: usize| before.get(&(first.0 + 1 + at)).copied();
+        let joined = join(first.1, &forward, &backward, last.1, before);
+        Ok(Some((first.0 + 1..).zip(joined).collect()))
+    }
+
+    /// Tracks from a box to a frame before or after it. Returns what was found after that of the
+    /// box, which is also told and kept meanwhile if it is `shown`; `None` if it was stopped.
+    fn pass(
+        &mut self,
+        (first, bbox): Anchor,
+        to: usize,
+        shown: bool,
+    ) -> Result<Option<Vec<TrackedBox>>, Refusal> {
+        let engine = &self.clip.engine;
+        let stop = Arc::clone(&self.running.stop);
+        let stopped = || stop.load(Ordering::SeqCst);
+        let backward = to < first;
+        let source = engine.open(backward)?;
+        let mut frames = match backward {
+            true => Prefetcher::start(source, (to..=first).rev()),
+            false => Prefetcher::start(source, first..=to),
+        };
+        let mut session = None;
+        let mut pass = Vec::new();
+        let mut next = Some(first);
+        while let Some(expected) = next {
+            let Some((frame, picture)) = frames.next_unless(&stopped)? else {
+                let ended = || Refusal::failed(format!("the video ended before frame {expected}"));
+                return if stopped() { Ok(None) } else { Err(ended()) };
+            };
+            let found = step(&engine.settings, &mut session, &picture, bbox).map_err(|reason| {
+                Refusal::failed(format!("the tracker stopped in frame {frame}: {reason}"))
+            })?;
+            if frame != first {
+                pass.push(found);
+                self.found(frame, shown.then_some(found));
+            }
+            next = match frame {
+                _ if frame == to => None,
+                _ if backward => frame.checked_sub(1),
+                _ => Some(frame + 1),
+            };
+        }
+        Ok(Some(pass))
+    }
+
+    /// A frame was tracked. Its box, if it is new to the windows, is told and kept from time to time.
+    fn found(&mut self, frame: usize, tracked: Option<TrackedBox>) {
+        self.running.progress.done += 1;
+        if let Some(tracked) = tracked {
+            self.untold.push((frame, tracked));
+            self.unsaved.insert(frame, tracked);
+        }
+        if self.told_at.elapsed() >= MESSAGES {
+            self.tell();
+        }
+        if self.saved_at.elapsed() >= SAVES {
+            // An error here is one at the end, too, where it is reported.
+            let _ = self.keep();
+        }
     }
 
     /// Sends the windows what was found since the last time.
@@ -350,25 +429,20 @@ impl<'a> Job<'a> {
     }
 }
 
-impl Listener for Job<'_> {
-    fn stopped(&self) -> bool {
-        self.running.stop.load(Ordering::SeqCst)
+/// Tracks in the next picture; in the first one, the tracker starts on a box.
+fn step(
+    settings: &Settings,
+    tracker: &mut Option<Tracker>,
+    picture: &Picture,
+    bbox: BoundingBox,
+) -> Result<TrackedBox, patchlock::Error> {
+    let frame = picture.frame()?;
+    let Settings { config, pool, .. } = settings;
+    if let Some(tracker) = tracker {
+        return Ok(pool.install(|| tracker.update(&frame))?.into());
     }
-
-    fn found(&mut self, frame: usize, tracked: Option<TrackedBox>) {
-        self.running.progress.done += 1;
-        if let Some(tracked) = tracked {
-            self.untold.push((frame, tracked));
-            self.unsaved.insert(frame, tracked);
-        }
-        if self.told_at.elapsed() >= MESSAGES {
-            self.tell();
-        }
-        if self.saved_at.elapsed() >= SAVES {
-            // An error here is one at the end, too, where it is reported.
-            let _ = self.keep();
-        }
-    }
+    let begun = pool.install(|| Tracker::start(config.clone(), &frame, bbox))?;
+    Ok(tracker.insert(begun).estimate().into())
 }
 
 /// Takes out the first entries that follow each other without a gap.

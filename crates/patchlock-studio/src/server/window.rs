@@ -4,7 +4,6 @@
 //! A frame is encoded only if somebody looks, and the next one for a page only when it has drawn the
 //! last one. So a slow page sees fewer frames, and none of them late.
 
-use std::convert::Infallible;
 use std::net::{Ipv4Addr, SocketAddr, TcpListener};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
@@ -92,7 +91,8 @@ struct WindowState {
 struct Question {
     /// Number, width and height of the frame.
     open: Option<[usize; 3]>,
-    answer: Option<Answer>,
+    /// The boxes that were drawn; none if the person wants none.
+    answer: Option<Vec<BoundingBox>>,
     /// Whether a newer frame is wanted, in place of this one.
     newer: bool,
 }
@@ -133,20 +133,10 @@ struct RestartRequest {
 
 /// What a page asks for.
 enum PageRequest {
-    Answer(Answer),
+    /// It is answered with these boxes, or with none.
+    Answer(Vec<BoundingBox>),
     Newer,
     Nothing,
-}
-
-/// The answer of a person.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Answer {
-    /// At least one box.
-    Boxes(Vec<BoundingBox>),
-    /// The person wants none.
-    Cancelled,
-    /// Nobody wants the answer any more.
-    Stopped,
 }
 
 /// A target that a person has drawn again on a frame that was shown.
@@ -246,37 +236,22 @@ impl Window {
         std::mem::take(&mut *lock(&self.shared.redrawn)).into_iter()
     }
 
-    /// Shows a frame and waits until a person has drawn boxes on it, or `stopped` returns true.
-    pub fn ask(&self, frame: usize, picture: &Picture, stopped: &dyn Fn() -> bool) -> Answer {
-        let mut shown = (frame, Arc::new(picture.clone()));
-        let Ok(answer) = self.wait::<Infallible>(&mut shown, None, stopped);
-        answer
-    }
-
-    /// As [`ask`](Self::ask), of a live source. Whenever the person wants a newer frame, `newer` is
-    /// called until it has one, which is shown in place of the other.
+    /// Shows a frame and waits until a person has drawn boxes on it, which are returned: none if the
+    /// person wants none, or `stopped` returns true. Of a live source, whenever the person wants a
+    /// newer frame, `newer` is called until it has one, which is shown in place of the other.
     ///
     /// # Errors
     /// The first one of `newer`.
-    pub fn ask_live<E>(
-        &self,
-        shown: &mut (usize, Arc<Picture>),
-        newer: &mut dyn FnMut() -> Result<NextFrame, E>,
-        stopped: &dyn Fn() -> bool,
-    ) -> Result<Answer, E> {
-        self.wait(shown, Some(newer), stopped)
-    }
-
-    fn wait<E>(
+    pub fn ask<E>(
         &self,
         shown: &mut (usize, Arc<Picture>),
         mut newer: Option<&mut dyn FnMut() -> Result<NextFrame, E>>,
         stopped: &dyn Fn() -> bool,
-    ) -> Result<Answer, E> {
+    ) -> Result<Vec<BoundingBox>, E> {
         self.shared.pose(shown, newer.is_some());
         loop {
             match self.shared.page_request(stopped) {
-                PageRequest::Answer(answer) => return Ok(answer),
+                PageRequest::Answer(boxes) => return Ok(boxes),
                 PageRequest::Nothing => continue,
                 PageRequest::Newer => {}
             }
@@ -334,7 +309,7 @@ impl WindowState {
         }
         if stopped() {
             question.open = None;
-            return PageRequest::Answer(Answer::Stopped);
+            return PageRequest::Answer(Vec::new());
         }
         if question.newer { PageRequest::Newer } else { PageRequest::Nothing }
     }
@@ -365,8 +340,8 @@ impl WindowState {
         let Some([frame, width, height]) = question.open else {
             return Err("the boxes were drawn already".to_owned());
         };
-        let answer = match drawn {
-            None => Answer::Cancelled,
+        let boxes = match drawn {
+            None => Vec::new(),
             Some(DrawnBoxes { frame: drawn, boxes }) => {
                 ensure!(drawn == frame, "the boxes are on frame {drawn}, not on frame {frame}");
                 ensure!(!boxes.is_empty(), "no box was drawn");
@@ -374,10 +349,10 @@ impl WindowState {
                 for bbox in &boxes {
                     start_box::check(bbox, frame, width, height).map_err(|it| it.to_string())?;
                 }
-                Answer::Boxes(boxes)
+                boxes
             }
         };
-        (question.open, question.answer) = (None, Some(answer));
+        (question.open, question.answer) = (None, Some(boxes));
         self.answered.notify_all();
         Ok(())
     }

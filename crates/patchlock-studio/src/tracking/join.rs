@@ -2,7 +2,6 @@
 
 use patchlock::{BoundingBox, Status};
 
-use super::FrameEstimate;
 use crate::project::TrackedBox;
 
 /// Boxes that overlap by at least this much are on the same target.
@@ -57,8 +56,8 @@ const LOST: f64 = 0.5;
 /// the frame becomes surer only if one of the tracks sees the target there.
 pub fn join(
     first: BoundingBox,
-    forward: &[FrameEstimate],
-    backward: &[FrameEstimate],
+    forward: &[TrackedBox],
+    backward: &[TrackedBox],
     last: BoundingBox,
     before: impl Fn(usize) -> Option<TrackedBox>,
 ) -> Vec<TrackedBox> {
@@ -77,7 +76,7 @@ pub fn join(
     let seen_forward = seen(forward.iter());
     let mut seen_backward = seen(backward.iter().rev());
     seen_backward.reverse();
-    let join = |(at, (forward, backward)): (usize, (&FrameEstimate, &FrameEstimate))| {
+    let join = |(at, (forward, backward)): (usize, (&TrackedBox, &TrackedBox))| {
         let mut agreement = forward.bbox.overlap(&backward.bbox);
         let found = if at < switch { *forward } else { *backward };
         let bbox = if arrived && agreement >= LEAST_OVERLAP {
@@ -94,7 +93,7 @@ pub fn join(
             found.bbox
         };
         let tracks = [(forward, seen_forward[at]), (backward, seen_backward[at])];
-        judge(FrameEstimate { bbox, ..found }, agreement, tracks, before(at))
+        judge(TrackedBox { bbox, ..found }, agreement, tracks, before(at))
     };
     forward.iter().zip(&backward).enumerate().map(join).collect()
 }
@@ -102,18 +101,17 @@ pub fn join(
 /// What two tracks say of a box to which they lead, in a frame of which `before` was known if the
 /// target was not seen there.
 fn judge(
-    found: FrameEstimate,
+    found: TrackedBox,
     agreement: f64,
-    tracks: [(&FrameEstimate, bool); 2],
+    tracks: [(&TrackedBox, bool); 2],
     before: Option<TrackedBox>,
 ) -> TrackedBox {
-    let joined = TrackedBox { agreement: Some(agreement), ..found.into() };
+    let joined = TrackedBox { agreement: Some(agreement), ..found };
     let is_lost = |status| status == Status::Lost;
     let lost = tracks.iter().filter(|(track, _)| is_lost(track.status)).count();
     let was_lost = before.is_some_and(|before| is_lost(before.status));
-    let sees = |(track, seen): &&(&FrameEstimate, bool)| {
-        *seen && track.bbox.overlap(&found.bbox) >= AGREED
-    };
+    let sees =
+        |(track, seen): &&(&TrackedBox, bool)| *seen && track.bbox.overlap(&found.bbox) >= AGREED;
     match tracks.iter().find(sees) {
         None if lost > 0 || was_lost => {
             let most = if agreement < AGREED { agreement.min(LOST) } else { LOST };
@@ -121,7 +119,7 @@ fn judge(
             return TrackedBox { score, status: Status::Lost, ..joined };
         }
         Some((alone, _)) if lost > 0 => {
-            return FrameEstimate { bbox: found.bbox, ..**alone }.into();
+            return TrackedBox { bbox: found.bbox, ..**alone };
         }
         Some(_) if agreement >= AGREED => return joined,
         _ => {}
@@ -152,8 +150,8 @@ struct Gap {
 impl Gap {
     /// The gap between the frames in which the forward track is sure from the first on, and those
     /// in which the backward track is sure up to the last.
-    fn between(forward: &[FrameEstimate], backward: &[FrameEstimate]) -> Option<Self> {
-        let is_unsure = |found: &FrameEstimate| found.status == Status::Lost || found.score < SURE;
+    fn between(forward: &[TrackedBox], backward: &[TrackedBox]) -> Option<Self> {
+        let is_unsure = |found: &TrackedBox| found.status == Status::Lost || found.score < SURE;
         let before = forward.iter().position(is_unsure)?.checked_sub(1)?;
         let after = backward.iter().rposition(is_unsure)? + 1;
         let before = (before, forward[before].bbox);
@@ -172,12 +170,12 @@ impl Gap {
 
 /// Whether a track sees the target, frame by frame from its key frame on: it is clearly visible, and
 /// has been since the key frame, or the tracker knows it for long.
-fn seen<'a>(track: impl Iterator<Item = &'a FrameEstimate>) -> Vec<bool> {
-    let is_clear = |found: &FrameEstimate| {
+fn seen<'a>(track: impl Iterator<Item = &'a TrackedBox>) -> Vec<bool> {
+    let is_clear = |found: &TrackedBox| {
         found.status == Status::Tracked && found.visible.is_none_or(|visible| visible >= CLEAR)
     };
     let mut always = true;
-    let seen = |(at, found): (usize, &FrameEstimate)| {
+    let seen = |(at, found): (usize, &TrackedBox)| {
         let is_clear = is_clear(found);
         always &= is_clear;
         is_clear && (always || at >= SETTLED)
@@ -188,11 +186,11 @@ fn seen<'a>(track: impl Iterator<Item = &'a FrameEstimate>) -> Vec<bool> {
 /// What was found, each box without a share of the drift.
 fn without(
     drift: Option<Drift>,
-    found: &[FrameEstimate],
+    found: &[TrackedBox],
     share: impl Fn(usize) -> f64,
-) -> Vec<FrameEstimate> {
+) -> Vec<TrackedBox> {
     let frames = found.iter().enumerate();
-    let corrected = frames.map(|(at, found)| FrameEstimate {
+    let corrected = frames.map(|(at, found)| TrackedBox {
         bbox: drift.map_or(found.bbox, |drift| drift.undo(found.bbox, share(at))),
         ..*found
     });
@@ -240,7 +238,7 @@ pub fn between(from: BoundingBox, to: BoundingBox, share: f64) -> BoundingBox {
 
 /// The number of frames to take from the forward track, the rest being taken from the backward
 /// track: where the two are sure on their sides, and agree.
-fn best_switch(forward: &[FrameEstimate], backward: &[FrameEstimate]) -> usize {
+fn best_switch(forward: &[TrackedBox], backward: &[TrackedBox]) -> usize {
     let total: f64 = backward.iter().map(|found| found.score).sum();
     let mut best = (f64::NEG_INFINITY, 0);
     let (mut before, mut after) = (0.0, total);
@@ -270,8 +268,8 @@ mod tests {
         BoundingBox { x, y: 50.0, w, h: 20.0 }
     }
 
-    fn found(bbox: BoundingBox, score: f64) -> FrameEstimate {
-        FrameEstimate { bbox, score, status: Status::Tracked, visible: None }
+    fn found(bbox: BoundingBox, score: f64) -> TrackedBox {
+        TrackedBox { bbox, score, status: Status::Tracked, visible: None, agreement: None }
     }
 
     fn assert_near(joined: &[TrackedBox], truth: impl Fn(usize) -> BoundingBox) {
@@ -346,13 +344,14 @@ mod tests {
         use Status::{Lost, Tracked as Sure, Uncertain};
         let truth = |_| at(50.0, 20.0);
         let (here, near, away) = (at(50.0, 20.0), at(52.0, 20.0), at(90.0, 20.0));
-        let one = |bbox, score, status, visible| FrameEstimate {
+        let one = |bbox, score, status, visible| TrackedBox {
             bbox,
             score,
             status,
             visible: Some(visible),
+            agreement: None,
         };
-        let was = |score, status| Some(TrackedBox::from(one(here, score, status, 0.1)));
+        let was = |score, status| Some(one(here, score, status, 0.1));
         let cases = [
             // What both have lost stays lost, and so does what one has lost and the other not seen.
             ((here, 0.4, Lost, 0.1), (near, 0.3, Lost, 0.1), None, (0.3, Lost)),

@@ -2,6 +2,7 @@
 
 use std::fs;
 
+use patchlock_media::Limits;
 use patchlock_studio::export::{Format, Options, write};
 use patchlock_studio::import;
 use patchlock_studio::project::{
@@ -100,12 +101,12 @@ fn a_value_holds_from_its_frame_to_the_next_change() {
     // The value that holds already is no change, and takes one back.
     store.apply(vec![set(1, "doors", Some(7), Some("1"))]).unwrap();
     assert!(store.project().target(1).unwrap().changes.is_empty());
-    assert_eq!(store.undo_text(), Some("set doors of target 1 to \"1\" from frame 7 on"));
+    assert_eq!(store.history().text(false), Some("set doors of target 1 to \"1\" from frame 7 on"));
     for _ in 0..4 {
-        store.undo().unwrap();
+        store.step(false).unwrap();
     }
     assert_eq!(*store.project(), begun);
-    while store.redo().unwrap().is_some() {}
+    while store.step(true).unwrap().is_some() {}
     assert_eq!(values(store.project(), 1, "doors"), stretches("1", &[]));
     assert_eq!(values(store.project(), 1, "colour"), stretches("red", &[]));
 }
@@ -168,10 +169,10 @@ fn values_stay_when_the_label_changes_and_do_not_count_where_it_does_not_allow_t
     store.save().unwrap();
     let project = store.project().clone();
     drop(store);
-    let mut store = Store::open(&place.file(), None).unwrap();
+    let mut store = Store::open(&place.file(), None, Limits::default()).unwrap();
     assert_eq!(*store.project(), project);
     store.apply(vec![set(1, "light", Some(6), Some("on")), declare(schema())]).unwrap();
-    store.undo().unwrap();
+    store.step(false).unwrap();
     store.apply(vec![declare(schema())]).unwrap();
     assert_eq!(values(store.project(), 1, "light"), stretches("off", &[(4, "left & right")]));
     assert_eq!(values(store.project(), 1, "colour"), stretches("red", &[]));
@@ -197,12 +198,12 @@ fn both_parts_of_a_split_target_keep_their_values_and_so_does_what_is_joined() {
     let joined = stretches("4", &[(2, "2"), (6, "1"), (8, "3")]);
     assert_eq!(values(store.project(), 1, "doors"), joined);
     for _ in 0..3 {
-        store.undo().unwrap();
+        store.step(false).unwrap();
     }
     assert_eq!(store.project().targets, before.targets);
     // The values of the first hold where only it has boxes, also after those of the second.
     for _ in 0..3 {
-        store.redo().unwrap();
+        store.step(true).unwrap();
     }
     assert_eq!(values(store.project(), 1, "doors"), joined);
 }
@@ -231,7 +232,7 @@ fn files_have_the_oldest_version_that_knows_all_of_them() {
     );
     let project = store.project().clone();
     drop(store);
-    let mut store = Store::open(&place.file(), None).unwrap();
+    let mut store = Store::open(&place.file(), None, Limits::default()).unwrap();
     assert_eq!(*store.project(), project);
     store.apply(vec![declare(vec![]), set_nothing()]).unwrap();
     assert_eq!(version(&mut store), 1);
@@ -269,7 +270,7 @@ fn a_file_with_wrong_attributes_says_what_is_wrong() {
         (at("/labels/0/attributes/2/step", json!(0)), "in steps of 0"),
     ] {
         fs::write(place.file(), file.to_string()).unwrap();
-        let error = Store::open(&place.file(), None).unwrap_err();
+        let error = Store::open(&place.file(), None, Limits::default()).unwrap_err();
         assert!(matches!(error, Error::Invalid { .. }), "{error:?}");
         assert!(error.to_string().contains(words), "{words}: {error}");
     }
@@ -315,8 +316,12 @@ fn attributes_of_cvat_come_back_with_their_declarations() {
     let place = TestFolder::new();
     let store = filled(&place);
     let text = exported(&place, store.project(), "cvat", 1);
-    let mut other =
-        Store::open_shared(&place.folder().join("other.json"), Some(&place.video())).unwrap();
+    let mut other = Store::open_shared(
+        &place.folder().join("other.json"),
+        Some(&place.video()),
+        Limits::default(),
+    )
+    .unwrap();
     let imported =
         import::read(import::Format::Cvat, text.as_bytes(), other.project(), &[]).unwrap();
     let edits = imported.edits(&other.project().labels);
@@ -329,7 +334,7 @@ fn attributes_of_cvat_come_back_with_their_declarations() {
     };
     assert_eq!(declared(other.project()), declared(store.project()));
     assert_eq!(all_values(other.project()), all_values(store.project()));
-    other.undo().unwrap();
+    other.step(false).unwrap();
     assert!(other.project().targets.is_empty() && other.project().declared("target").is_empty());
 }
 
@@ -338,8 +343,12 @@ fn a_label_keeps_what_it_declares_and_refuses_imported_values_that_it_does_not_a
     let place = TestFolder::new();
     let store = filled(&place);
     let text = exported(&place, store.project(), "cvat", 1);
-    let mut other =
-        Store::open_shared(&place.folder().join("other.json"), Some(&place.video())).unwrap();
+    let mut other = Store::open_shared(
+        &place.folder().join("other.json"),
+        Some(&place.video()),
+        Limits::default(),
+    )
+    .unwrap();
     let own = attribute(json!({"name": "light", "kind": "checkbox", "mutable": true}));
     other.apply(vec![declare(vec![own.clone()])]).unwrap();
     let imported =
@@ -432,8 +441,12 @@ fn coco_and_tables_have_the_values_of_each_frame() {
         ",frame_w,frame_h,outline,attribute:colour,attribute:doors,attribute:light,attribute:parked,attribute:plate"
     ));
     assert!(table.contains(",'=A 1\n"), "a value is no formula: {table}");
-    let mut other =
-        Store::open_shared(&place.folder().join("other.json"), Some(&place.video())).unwrap();
+    let mut other = Store::open_shared(
+        &place.folder().join("other.json"),
+        Some(&place.video()),
+        Limits::default(),
+    )
+    .unwrap();
     other.apply(vec![declare(schema())]).unwrap();
     let imported =
         import::read(import::Format::Csv, table.as_bytes(), other.project(), &[]).unwrap();

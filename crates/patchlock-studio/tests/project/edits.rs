@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::support::{FRAMES, TestFolder, add, bbox};
 use patchlock::{BoundingBox, Status};
+use patchlock_media::Limits;
 use patchlock_studio::project::{
     Attribute, Edit, Frames, Key, Kind, Label, MAX_BOXES, MAX_STEPS, Outline, Project, Store,
     Target, TrackedBox,
@@ -102,7 +103,7 @@ fn targets_are_split_and_joined() {
     store.apply(vec![Edit::Join { first: 1, second: 2 }]).unwrap();
     assert_eq!(store.project().targets, whole);
     for _ in 0..2 {
-        store.undo().unwrap();
+        store.step(false).unwrap();
     }
     assert_eq!(store.project().targets, whole);
 
@@ -173,7 +174,7 @@ fn labels_are_added_renamed_and_removed() {
         assert!(error.contains(expected), "{error}");
     }
     store.apply(vec![Edit::RemoveLabel { name: "car".into() }]).unwrap();
-    store.undo().unwrap();
+    store.step(false).unwrap();
     assert_eq!(store.project().labels[1].name, "car");
 }
 
@@ -257,16 +258,16 @@ fn several_edits_are_applied_all_or_none_and_undone_together() {
     let error = store.apply(vec![add(0), add(1), add(99)]).unwrap_err().to_string();
     assert!(error.contains("frame 99"), "{error}");
     assert_eq!(store.project().targets, before.targets);
-    assert_eq!((store.revision(), store.undo_text()), (0, None));
+    assert_eq!((store.revision(), store.history().text(false)), (0, None));
     store.apply(vec![add(0), add(1)]).unwrap();
-    assert_eq!(store.undo_text(), Some("add target in frame 0, and 1 more"));
-    assert_eq!(store.undo().unwrap(), Some(2));
+    assert_eq!(store.history().text(false), Some("add target in frame 0, and 1 more"));
+    assert_eq!(store.step(false).unwrap(), Some(2));
     assert_eq!(store.project().targets, before.targets);
-    assert_eq!(store.redo_text(), Some("add target in frame 0, and 1 more"));
+    assert_eq!(store.history().text(true), Some("add target in frame 0, and 1 more"));
     // Ids are not used again, not even those of steps that were undone.
     store.apply(vec![add(0)]).unwrap();
     assert!(only(&store).id > 2);
-    assert!(store.redo_text().is_none() && store.redo().unwrap().is_none());
+    assert!(store.history().text(true).is_none() && store.step(true).unwrap().is_none());
 }
 
 #[test]
@@ -284,18 +285,18 @@ fn pieces_of_one_job_are_undone_together() {
         assert_eq!(store.track(1, job, vec![piece]).unwrap(), job);
     }
     let all = store.project().clone();
-    store.undo().unwrap();
+    store.step(false).unwrap();
     assert_eq!(*store.project(), kept);
-    store.redo().unwrap();
+    store.step(true).unwrap();
     assert_eq!(*store.project(), all);
     // Somebody else was faster: a step of its own.
     store.apply(vec![Edit::Hide { target: 1, from: 9, to: 9 }]).unwrap();
     let hidden = store.project().clone();
     let other = store.track(1, job, vec![track(1, 7, 8, Status::Tracked)]).unwrap();
     assert_ne!(other, job);
-    store.undo().unwrap();
+    store.step(false).unwrap();
     assert_eq!(*store.project(), hidden);
-    store.undo().unwrap();
+    store.step(false).unwrap();
     assert_eq!(*store.project(), all);
     assert!(store.revision() > before);
 }
@@ -307,20 +308,20 @@ fn undo_says_how_many_frames_it_changes() {
     store.apply(vec![add(4)]).unwrap();
     // The frame of the key stays as it is.
     let job = store.apply(vec![track(1, 0, 6, Status::Tracked)]).unwrap();
-    assert_eq!(store.undo_text(), Some("track target 1 in 6 frames, 0 to 6"));
+    assert_eq!(store.history().text(false), Some("track target 1 in 6 frames, 0 to 6"));
     // A job that goes on, over frames that it has changed already, too.
     store.track(1, job, vec![track(1, 5, 8, Status::Lost)]).unwrap();
     store.track(1, job, vec![track(1, 8, 9, Status::Lost)]).unwrap();
-    assert_eq!(store.undo_text(), Some("track target 1 in 9 frames, 0 to 9"));
-    store.undo().unwrap();
-    assert_eq!(store.redo_text(), Some("track target 1 in 9 frames, 0 to 9"));
-    store.redo().unwrap();
+    assert_eq!(store.history().text(false), Some("track target 1 in 9 frames, 0 to 9"));
+    store.step(false).unwrap();
+    assert_eq!(store.history().text(true), Some("track target 1 in 9 frames, 0 to 9"));
+    store.step(true).unwrap();
     store.apply(vec![Edit::Hide { target: 1, from: 8, to: 11 }]).unwrap();
-    assert_eq!(store.undo_text(), Some("hide target 1 in 4 frames, 8 to 11"));
+    assert_eq!(store.history().text(false), Some("hide target 1 in 4 frames, 8 to 11"));
     store.apply(vec![Edit::Show { target: 1, from: 0, to: 8 }]).unwrap();
-    assert_eq!(store.undo_text(), Some("show target 1 in frame 8"));
+    assert_eq!(store.history().text(false), Some("show target 1 in frame 8"));
     store.apply(vec![Edit::Show { target: 1, from: 0, to: 8 }]).unwrap();
-    assert_eq!(store.undo_text(), Some("show target 1 in no frame"));
+    assert_eq!(store.history().text(false), Some("show target 1 in no frame"));
 }
 
 #[test]
@@ -331,7 +332,7 @@ fn the_history_is_bounded() {
         store.apply(vec![add(0)]).unwrap();
     }
     let mut steps = 0;
-    while store.undo().unwrap().is_some() {
+    while store.step(false).unwrap().is_some() {
         steps += 1;
     }
     assert_eq!((steps, store.project().targets.len()), (MAX_STEPS, 5));
@@ -348,7 +349,7 @@ fn the_history_holds_a_bounded_number_of_boxes() {
         store.apply(vec![track(1, 1, frames - 1, Status::Tracked)]).unwrap();
     }
     let mut steps = 0;
-    while store.undo().unwrap().is_some() {
+    while store.step(false).unwrap().is_some() {
         steps += 1;
     }
     assert_eq!(steps, full);
@@ -370,7 +371,7 @@ fn imported_targets_get_new_ids_and_their_labels() {
     let names: Vec<_> = project.labels.iter().map(|label| label.name.as_str()).collect();
     assert_eq!(names, ["target", "car"]);
     assert_ne!(project.labels[0].colour, project.labels[1].colour);
-    store.undo().unwrap();
+    store.step(false).unwrap();
     assert_eq!(
         (&store.project().targets, &store.project().labels),
         (&before.targets, &before.labels)
@@ -527,22 +528,22 @@ proptest! {
             }
             if k % 8 == usize::from(saves % 8) {
                 store.save().unwrap();
-                let read = Store::open_shared(&place.file(), None).unwrap();
+                let read = Store::open_shared(&place.file(), None, Limits::default()).unwrap();
                 prop_assert_eq!(read.project(), store.project());
                 prop_assert_eq!(read.revision(), store.revision());
             }
         }
         for state in states[..states.len() - 1].iter().rev() {
-            prop_assert!(store.undo().unwrap().is_some());
+            prop_assert!(store.step(false).unwrap().is_some());
             prop_assert!(same(store.project(), state));
         }
-        prop_assert!(store.undo().unwrap().is_none());
+        prop_assert!(store.step(false).unwrap().is_none());
         for state in &states[1..] {
-            prop_assert!(store.redo().unwrap().is_some());
+            prop_assert!(store.step(true).unwrap().is_some());
             prop_assert!(same(store.project(), state));
         }
         store.save().unwrap();
-        let read = Store::open_shared(&place.file(), None).unwrap();
+        let read = Store::open_shared(&place.file(), None, Limits::default()).unwrap();
         prop_assert_eq!(read.project(), store.project());
     }
 }

@@ -3,6 +3,7 @@
 use std::fs;
 
 use patchlock::{BoundingBox, Status};
+use patchlock_media::Limits;
 use patchlock_studio::export::{Format, Options, write};
 use patchlock_studio::import;
 use patchlock_studio::project::{Edit, Key, Outline, Project, Store, Target, TrackedBox};
@@ -125,8 +126,11 @@ fn what_is_exported_can_be_imported() {
             assert_eq!(targets, *before);
         }
         // What was read can become part of a project.
-        let mut other =
-            Store::open_shared(&place.folder().join("other.json"), Some(&place.video()));
+        let mut other = Store::open_shared(
+            &place.folder().join("other.json"),
+            Some(&place.video()),
+            Limits::default(),
+        );
         let other = other.as_mut().unwrap();
         other.apply(vec![Edit::Import { targets }]).unwrap();
         assert_eq!(other.project().targets.len(), 2);

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use patchlock::{BoundingBox, Status};
+use patchlock_media::Limits;
 use patchlock_studio::project::{Edit, Project, Store, TrackedBox};
 use proptest::prelude::*;
 
@@ -181,25 +182,25 @@ impl HistoryTest<'_> {
 
     fn undo(&mut self) {
         let Some(meant) = self.model.done.last().cloned() else {
-            assert!(self.store.undo().unwrap().is_none());
+            assert!(self.store.step(false).unwrap().is_none());
             return;
         };
         self.end_all(&meant);
         if self.model.done.last().is_some_and(|last| last.id == meant.id) {
             assert_eq!(self.store.history().id(false), Some(meant.id));
-            self.store.undo().unwrap();
+            self.store.step(false).unwrap();
             self.model.undone.extend(self.model.done.pop());
         }
     }
 
     fn redo(&mut self) {
         let Some(meant) = self.model.undone.last().cloned() else {
-            assert!(self.store.redo().unwrap().is_none());
+            assert!(self.store.step(true).unwrap().is_none());
             return;
         };
         self.end_all(&meant);
         assert_eq!(self.store.history().id(true), Some(meant.id));
-        self.store.redo().unwrap();
+        self.store.step(true).unwrap();
         self.model.done.extend(self.model.undone.pop());
     }
 
@@ -253,7 +254,7 @@ impl HistoryTest<'_> {
 }
 
 fn open(place: &TestFolder) -> Store {
-    let mut store = Store::open(&place.file(), Some(&place.video())).unwrap();
+    let mut store = Store::open(&place.file(), Some(&place.video()), Limits::default()).unwrap();
     store.keep_history().unwrap();
     store
 }
@@ -311,21 +312,21 @@ fn a_step_says_what_was_done_and_what_was_tracked_since() {
     let mut store = begin(&place);
     let key = store.apply(vec![set_key(1, 4, 9)]).unwrap();
     assert_eq!(store.begin_tracking(1, Some(key)), key);
-    assert_eq!(store.undo_text(), Some("correct target 1 in frame 4"));
+    assert_eq!(store.history().text(false), Some("correct target 1 in frame 4"));
     store.track(1, key, vec![tracked(1, 5, 8, 3)]).unwrap();
     let said = "correct target 1 in frame 4, and track target 1 in 4 frames, 5 to 8";
-    assert_eq!(store.undo_text(), Some(said));
+    assert_eq!(store.history().text(false), Some(said));
     // The label of another target is a step of its own; the tracking goes on with its own step.
     store.apply(vec![Edit::SetDone { done: true }]).unwrap();
     assert_eq!(store.track(1, key, vec![tracked(1, 9, 9, 3)]).unwrap(), key);
-    assert_eq!(store.undo_text(), Some("mark the clip as done"));
-    store.undo().unwrap();
+    assert_eq!(store.history().text(false), Some("mark the clip as done"));
+    store.step(false).unwrap();
     assert_eq!(
-        store.undo_text(),
+        store.history().text(false),
         Some("correct target 1 in frame 4, and track target 1 in 5 frames, 5 to 9")
     );
-    store.undo().unwrap();
-    assert!(store.history().is_undone(key) && store.undo_text().is_none());
+    store.step(false).unwrap();
+    assert!(store.history().is_undone(key) && store.history().text(false).is_none());
     let target = store.project().target(1).unwrap();
     assert!(target.tracked.is_empty() && target.keys.len() == 1);
     // Tracking that has found nothing is no step.
@@ -343,27 +344,27 @@ fn the_history_survives_a_restart_but_not_a_change_by_others() {
     store.save().unwrap();
     store.apply(vec![set_key(2, 5, 9)]).unwrap();
     store.save().unwrap();
-    store.undo().unwrap();
+    store.step(false).unwrap();
     store.save().unwrap();
     drop(store);
     let mut store = open(&place);
-    assert_eq!(store.undo_text(), Some("correct target 1 in frame 4"));
-    assert_eq!(store.redo_text(), Some("correct target 2 in frame 5"));
+    assert_eq!(store.history().text(false), Some("correct target 1 in frame 4"));
+    assert_eq!(store.history().text(true), Some("correct target 2 in frame 5"));
     // Killed before it was saved: the history is that of the file.
-    store.redo().unwrap();
+    store.step(true).unwrap();
     drop(store);
     let mut store = open(&place);
-    store.undo().unwrap();
+    store.step(false).unwrap();
     assert_eq!(content(store.project()), before);
     store.save().unwrap();
     drop(store);
     // Another program has written the project.
-    let mut other = Store::open(&place.file(), None).unwrap();
+    let mut other = Store::open(&place.file(), None, Limits::default()).unwrap();
     other.apply(vec![set_key(3, 6, 9)]).unwrap();
     other.save().unwrap();
     drop(other);
     let store = open(&place);
-    assert_eq!((store.undo_text(), store.redo_text()), (None, None));
+    assert_eq!((store.history().text(false), store.history().text(true)), (None, None));
 }
 
 #[test]
@@ -378,15 +379,15 @@ fn a_history_that_is_none_is_not_used() {
     // A line that was cut by a crash, after those that lead to the project.
     let cut = [good.as_slice(), &good[..good.len() / 2]].concat();
     std::fs::write(&file, cut).unwrap();
-    assert!(open(&place).undo_text().is_some());
+    assert!(open(&place).history().text(false).is_some());
     for bad in [&b""[..], b"{}", b"[1]\n", &good[..good.len() / 2], &[0xff; 99]] {
         std::fs::write(&file, bad).unwrap();
         let mut store = open(&place);
-        assert_eq!(store.undo_text(), None);
+        assert_eq!(store.history().text(false), None);
         store.apply(vec![set_key(1, 4, 9)]).unwrap();
         store.save().unwrap();
         drop(store);
-        assert!(open(&place).undo_text().is_some());
+        assert!(open(&place).history().text(false).is_some());
     }
     // A link is replaced, and what it leads to stays as it is.
     #[cfg(unix)]

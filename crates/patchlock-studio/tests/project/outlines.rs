@@ -3,6 +3,7 @@
 use std::fs;
 
 use patchlock::{BoundingBox, Status};
+use patchlock_media::Limits;
 use patchlock_studio::export::{self, Options};
 use patchlock_studio::import;
 use patchlock_studio::project::{Edit, Outline, Store, Target, TrackedBox};
@@ -106,13 +107,13 @@ fn an_outline_is_kept_in_the_file_and_undone() {
     store.save().unwrap();
     version("4");
     let project = store.project().clone();
-    store.undo().unwrap();
+    store.step(false).unwrap();
     assert_eq!(target(&store, 1).keys[&0].outline, None);
-    store.redo().unwrap();
+    store.step(true).unwrap();
     assert_eq!(*store.project(), project);
     store.save().unwrap();
     drop(store);
-    let mut store = Store::open(&place.file(), None).unwrap();
+    let mut store = Store::open(&place.file(), None, Limits::default()).unwrap();
     assert_eq!(*store.project(), project);
     assert_eq!(target(&store, 1).keys[&0].outline, Some(polygon()));
     // A new box without one takes its place.

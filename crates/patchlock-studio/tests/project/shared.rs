@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
+use patchlock_media::Limits;
 use patchlock_studio::export::{self, CombinedExport, Format, Options, Val, of_folder, write_all};
 use patchlock_studio::import;
 use patchlock_studio::project::{Attribute, Edit, Error, Kind, LABELS_FILE, SharedLabels, Store};
@@ -23,7 +24,8 @@ fn clips(all: &[(&str, &[&str])]) -> tempfile::TempDir {
     for (name, labels) in all {
         let video = folder.path().join(name);
         write_images(&video, 4);
-        let mut store = Store::create(&file(folder.path(), name), &video).unwrap();
+        let mut store =
+            Store::open(&file(folder.path(), name), Some(&video), Limits::default()).unwrap();
         for label in *labels {
             if !store.project().labels.iter().any(|known| known.name == **label) {
                 let add = Edit::AddLabel { name: (*label).into(), colour: None, at: None };
@@ -83,7 +85,7 @@ fn projects_that_had_labels_of_their_own_get_those_of_all() {
 
     let mut shared = SharedLabels::new(folder.path());
     for name in ["a", "b"] {
-        let store = Store::open(&file(folder.path(), name), None).unwrap();
+        let store = Store::open(&file(folder.path(), name), None, Limits::default()).unwrap();
         shared.update(|vocabulary| vocabulary.absorb(store.project())).unwrap();
     }
     assert_eq!(shared.read().unwrap().labels(), labels);
@@ -95,7 +97,7 @@ fn a_label_that_was_renamed_has_its_new_name_in_projects_that_were_closed() {
     let folder = clips(&[("a", &["car"]), ("b", &["car"])]);
     let mut shared = SharedLabels::new(folder.path());
     let edit = Edit::SetLabel { name: "car".into(), new_name: Some("van".into()), colour: None };
-    let mut store = Store::open(&file(folder.path(), "a"), None).unwrap();
+    let mut store = Store::open(&file(folder.path(), "a"), None, Limits::default()).unwrap();
     shared.update(|vocabulary| vocabulary.absorb(store.project())).unwrap();
     let renamed = shared.update(|vocabulary| vocabulary.apply(&edit, |_| true)).unwrap();
     let labels = shared.read().unwrap().labels();
@@ -110,7 +112,7 @@ fn a_label_that_was_renamed_has_its_new_name_in_projects_that_were_closed() {
     // The old name may be that of another label from now on.
     let add = Edit::AddLabel { name: "car".into(), colour: None, at: None };
     shared.update(|vocabulary| vocabulary.apply(&add, |_| false)).unwrap();
-    let store = Store::open(&file(folder.path(), "b"), None).unwrap();
+    let store = Store::open(&file(folder.path(), "b"), None, Limits::default()).unwrap();
     let renamed = shared.update(|vocabulary| vocabulary.absorb(store.project())).unwrap();
     assert_eq!(renamed, []);
 }
@@ -118,13 +120,13 @@ fn a_label_that_was_renamed_has_its_new_name_in_projects_that_were_closed() {
 #[test]
 fn steps_before_a_label_got_another_name_can_be_undone() {
     let folder = clips(&[("a", &["car"])]);
-    let mut store = Store::open(&file(folder.path(), "a"), None).unwrap();
+    let mut store = Store::open(&file(folder.path(), "a"), None, Limits::default()).unwrap();
     store.apply(vec![Edit::DeleteTarget { target: 1 }]).unwrap();
     let mut labels = store.project().labels.clone();
     labels[1].name = "van".into();
     store.set_labels(&labels, &[("car".into(), "van".into())]);
     assert_eq!(store.history().labels(false), ["van"]);
-    store.undo().unwrap().unwrap();
+    store.step(false).unwrap().unwrap();
     assert_eq!(store.project().targets[0].label, "van");
 }
 
@@ -254,7 +256,7 @@ fn labels_that_are_missing_in_a_part_are_named() {
 fn all_clips_in_cvat_can_be_imported() {
     let folder = clips(&[("a", &["car"]), ("b", &["person", "car"]), ("c", &["person"])]);
     let (all, _) = of_folder(folder.path()).unwrap();
-    let mut a = Store::open(&file(folder.path(), "a"), None).unwrap();
+    let mut a = Store::open(&file(folder.path(), "a"), None, Limits::default()).unwrap();
     let kind = Kind::Select { values: vec!["off".into(), "on".into()] };
     let light = Attribute { name: "light".into(), kind, default: "off".into(), mutable: true };
     let (name, value) = ("light".to_owned(), Some("on".to_owned()));

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use patchlock::Status;
 use patchlock_media::Limits;
 use patchlock_studio::project::{
-    Edit, Error, LABELS_FILE, SharedLabels, Store, TrackedBox, VideoChange, beside, in_folder,
+    Edit, Error, LABELS_FILE, SharedLabels, Store, TrackedBox, beside, in_folder,
 };
 
 use crate::support::{FRAMES, TestFolder, add, bbox, bmp, write_images};
@@ -40,9 +40,9 @@ fn what_is_saved_is_read_again() {
     store.save().unwrap();
     let (project, revision) = (store.project().clone(), store.revision());
     drop(store);
-    let store = Store::open(&place.file(), None).unwrap();
+    let store = Store::open(&place.file(), None, Limits::default()).unwrap();
     assert_eq!((store.project(), store.revision()), (&project, revision));
-    assert!(store.is_saved() && store.undo_text().is_none() && store.changed().is_none());
+    assert!(store.is_saved() && store.history().text(false).is_none() && store.changed().is_none());
     assert_eq!(store.video().canonicalize().unwrap(), place.video().canonicalize().unwrap());
     assert_eq!(project.video.path, Path::new("frames"));
     assert_eq!((project.video.frames, project.video.width, project.video.height), (FRAMES, 64, 48));
@@ -65,15 +65,16 @@ fn a_clip_is_marked_as_done_and_a_file_without_the_mark_is_not() {
     store.apply(vec![Edit::SetDone { done: true }]).unwrap();
     store.save().unwrap();
     assert!(fs::read_to_string(place.file()).unwrap().contains("\n  \"done\": true,\n"));
-    let read = || Store::open_shared(&place.file(), None).unwrap().project().done;
+    let read =
+        || Store::open_shared(&place.file(), None, Limits::default()).unwrap().project().done;
     assert!(read());
-    assert_eq!(store.undo_text(), Some("mark the clip as done"));
-    store.undo().unwrap();
+    assert_eq!(store.history().text(false), Some("mark the clip as done"));
+    store.step(false).unwrap();
     store.save().unwrap();
     // As version 1 wrote it before there was such a mark.
     assert!(!fs::read_to_string(place.file()).unwrap().contains("done"));
     assert!(!read());
-    store.redo().unwrap();
+    store.step(true).unwrap();
     assert!(store.project().done);
 }
 
@@ -97,7 +98,7 @@ fn videos_that_differ_by_their_extension_have_files_of_their_own() {
     let (short, long) = (path("clip.patchlock.json"), path("clip.png.patchlock.json"));
     assert_eq!(beside(&second, |_| false), short);
     assert_eq!(beside(&second, |file| file == short), long);
-    Store::create(&short, &first).unwrap().save().unwrap();
+    Store::open(&short, Some(&first), Limits::default()).unwrap().save().unwrap();
     assert_eq!((beside(&first, |_| false), beside(&second, |_| false)), (short.clone(), long));
     // A video that was renamed keeps its project.
     fs::remove_file(&first).unwrap();
@@ -124,9 +125,9 @@ fn videos_of_one_name_have_projects_of_their_own_in_a_folder() {
     let of_b = in_folder(&folder, &b, |file| file == short);
     let name = of_b.file_name().unwrap().to_str().unwrap();
     assert!(of_b.parent() == Some(&*folder) && name.len() == "clip-01234567.patchlock.json".len());
-    Store::create(&of_b, &b).unwrap().save().unwrap();
+    Store::open(&of_b, Some(&b), Limits::default()).unwrap().save().unwrap();
     assert_eq!(file(&b), of_b);
-    Store::create(&short, &a).unwrap().save().unwrap();
+    Store::open(&short, Some(&a), Limits::default()).unwrap().save().unwrap();
     assert_eq!([file(&a), file(&b)], [short.clone(), of_b.clone()]);
     assert!(file(&c) != short && file(&c) != of_b);
     // A video that is away keeps its project from others, until it is found elsewhere.
@@ -152,7 +153,7 @@ fn a_long_project_is_saved_and_read_fast() {
     let saving = begin.elapsed();
     let bytes = fs::metadata(place.file()).unwrap().len();
     let begin = Instant::now();
-    let read = Store::open_shared(&place.file(), None).unwrap();
+    let read = Store::open_shared(&place.file(), None, Limits::default()).unwrap();
     let reading = begin.elapsed();
     assert_eq!(read.project(), store.project());
     println!("{bytes} bytes, saved in {saving:?}, read in {reading:?}");
@@ -167,15 +168,13 @@ fn a_project_has_one_writer() {
     let mut store = place.store();
     store.apply(vec![add(0)]).unwrap();
     store.save().unwrap();
-    let error = Store::open(&place.file(), None).unwrap_err();
+    let error = Store::open(&place.file(), None, Limits::default()).unwrap_err();
     assert!(error.to_string().ends_with("is open in this process"), "{error}");
     assert!(matches!(error, Error::InUse { .. }));
-    let error = Store::create(&place.file(), &place.video()).unwrap_err();
-    assert!(matches!(error, Error::InUse { .. }), "{error}");
 
     // Others may read, and write when nobody else has it open and nobody was faster.
-    let mut other = Store::open_shared(&place.file(), None).unwrap();
-    let mut third = Store::open_shared(&place.file(), None).unwrap();
+    let mut other = Store::open_shared(&place.file(), None, Limits::default()).unwrap();
+    let mut third = Store::open_shared(&place.file(), None, Limits::default()).unwrap();
     other.apply(vec![add(1)]).unwrap();
     assert!(matches!(other.save().unwrap_err(), Error::InUse { .. }));
     drop(store);
@@ -185,27 +184,25 @@ fn a_project_has_one_writer() {
     third.apply(vec![add(3)]).unwrap();
     let error = third.save().unwrap_err();
     assert!(error.to_string().contains("changed by another program"), "{error}");
-    assert_eq!(Store::open(&place.file(), None).unwrap().project().targets.len(), 3);
-    let error = Store::create(&place.file(), &place.video()).unwrap_err();
-    assert!(matches!(error, Error::Exists { .. }), "{error}");
+    assert_eq!(
+        Store::open(&place.file(), None, Limits::default()).unwrap().project().targets.len(),
+        3
+    );
 }
 
 #[test]
 fn a_video_of_too_many_pixels_begins_no_project() {
     let place = TestFolder::new();
     let few = Limits { pixels: 64 * 48 - 1, ..Limits::default() };
-    for open in [Store::open_within, Store::open_shared_within] {
+    for open in [Store::open, Store::open_shared] {
         let error = open(&place.file(), Some(&place.video()), few).unwrap_err();
         assert!(error.to_string().contains("are more than the 3071"), "{error}");
     }
     assert!(!place.file().exists());
 
     let enough = Limits { pixels: 64 * 48, ..Limits::default() };
-    let mut store = Store::open_within(&place.file(), Some(&place.video()), enough).unwrap();
+    let store = Store::open(&place.file(), Some(&place.video()), enough).unwrap();
     assert_eq!((store.project().video.width, store.limits()), (64, enough));
-    fs::write(place.video().join("0000.bmp"), bmp(64, 49)).unwrap();
-    let error = store.accept_video().unwrap_err().to_string();
-    assert!(error.contains("64 x 49 pixels are more than the 3072"), "{error}");
 }
 
 #[test]
@@ -215,22 +212,17 @@ fn a_change_of_the_video_is_noticed() {
     store.apply(vec![add(FRAMES - 1)]).unwrap();
     let image = place.video().join("0003.bmp");
     fs::write(&image, [bmp(64, 48), vec![0; 5]].concat()).unwrap();
-    assert!(matches!(store.changed(), Some(VideoChange::Size { .. })), "{:?}", store.changed());
+    let change = store.changed().unwrap();
+    assert!(change.starts_with("the video has changed: it had "), "{change}");
     fs::write(&image, bmp(64, 48)).unwrap();
     assert_eq!(store.changed(), None);
     fs::rename(&image, place.video().join("0003b.bmp")).unwrap();
-    assert_eq!(store.changed(), Some(VideoChange::Content));
-    let before = store.revision();
-    assert!(store.accept_video().unwrap() > before);
-    assert_eq!(store.changed(), None);
-    assert!(store.undo_text().is_none());
-
-    fs::remove_file(place.video().join("0000.bmp")).unwrap();
-    let error = store.accept_video().unwrap_err().to_string();
-    assert!(error.contains("do not fit the changed video: target 1: frame 11"), "{error}");
-    assert_eq!(store.project().video.frames, FRAMES);
+    assert_eq!(
+        store.changed().as_deref(),
+        Some("the video has changed: it has the same size, but other content")
+    );
     fs::remove_dir_all(place.video()).unwrap();
-    let gone = store.changed().unwrap().to_string();
+    let gone = store.changed().unwrap();
     assert!(gone.starts_with("the video cannot be read: "), "{gone}");
 }
 
@@ -242,12 +234,15 @@ fn a_change_inside_a_long_file_is_noticed() {
     let mut bytes = bmp(64, 48);
     bytes.resize(70 << 20, 1);
     fs::write(&video, &bytes).unwrap();
-    let store = Store::create(&beside(&video, |_| false), &video).unwrap();
+    let store = Store::open(&beside(&video, |_| false), Some(&video), Limits::default()).unwrap();
     assert_eq!(store.changed(), None);
     let last = bytes.len() - 1;
     bytes[last] = 2;
     fs::write(&video, &bytes).unwrap();
-    assert_eq!(store.changed(), Some(VideoChange::Content));
+    assert_eq!(
+        store.changed().as_deref(),
+        Some("the video has changed: it has the same size, but other content")
+    );
 }
 
 #[test]
@@ -256,12 +251,12 @@ fn the_video_may_move_but_not_be_another() {
     place.store().save().unwrap();
     let other = place.folder().join("other");
     write_images(&other, 3);
-    let error = Store::open(&place.file(), Some(&other)).unwrap_err();
+    let error = Store::open(&place.file(), Some(&other), Limits::default()).unwrap_err();
     assert!(matches!(&error, Error::OtherVideo { .. }), "{error}");
     assert!(error.to_string().contains("frames, not to "), "{error}");
     let moved = place.folder().join("moved");
     fs::rename(place.video(), &moved).unwrap();
-    let store = Store::open(&place.file(), Some(&moved)).unwrap();
+    let store = Store::open(&place.file(), Some(&moved), Limits::default()).unwrap();
     assert_eq!((store.changed(), store.video()), (None, moved.as_path()));
     assert_eq!(store.project().video.path, Path::new("moved"));
 }
@@ -272,19 +267,22 @@ fn a_folder_between_is_part_of_the_path() {
     let folder = place.folder().join("projects/deep");
     fs::create_dir_all(&folder).unwrap();
     let file = folder.join("a.json");
-    let mut store = Store::create(&file, &place.video()).unwrap();
+    let mut store = Store::open(&file, Some(&place.video()), Limits::default()).unwrap();
     assert_eq!(store.project().video.path, Path::new("../../frames"));
     store.save().unwrap();
     drop(store);
-    assert_eq!(Store::open(&file, Some(&place.video())).unwrap().changed(), None);
+    assert_eq!(
+        Store::open(&file, Some(&place.video()), Limits::default()).unwrap().changed(),
+        None
+    );
 }
 
 #[test]
 fn a_video_that_only_the_file_names_is_read_in_its_folder_only() {
     let place = TestFolder::new();
     let file = place.folder().join("a.json");
-    Store::create(&file, &place.video()).unwrap().save().unwrap();
-    assert!(Store::open(&file, None).unwrap().video_to_read().is_ok());
+    Store::open(&file, Some(&place.video()), Limits::default()).unwrap().save().unwrap();
+    assert!(Store::open(&file, None, Limits::default()).unwrap().video_to_read().is_ok());
     let text = fs::read_to_string(&file).unwrap();
     let elsewhere = tempfile::tempdir().unwrap();
     fs::rename(place.video(), elsewhere.path().join("frames")).unwrap();
@@ -293,17 +291,17 @@ fn a_video_that_only_the_file_names_is_read_in_its_folder_only() {
         let named = text.replace("\"path\":\"frames\"", &format!("\"path\":{path:?}"));
         assert_ne!(named, text);
         fs::write(&file, named).unwrap();
-        let mut store = Store::open(&file, None).unwrap();
+        let store = Store::open(&file, None, Limits::default()).unwrap();
         let error = store.video_to_read().unwrap_err();
         assert!(error.to_string().contains("names a video outside its folder"), "{error}");
-        assert!(store.changed().is_some() && store.accept_video().is_err());
+        assert!(store.changed().is_some());
     }
     #[cfg(unix)]
     {
         std::os::unix::fs::symlink(elsewhere.path().join("frames"), place.video()).unwrap();
         fs::write(&file, text).unwrap();
-        assert!(Store::open(&file, None).unwrap().video_to_read().is_err());
-        let given = Store::open(&file, Some(&place.video())).unwrap();
+        assert!(Store::open(&file, None, Limits::default()).unwrap().video_to_read().is_err());
+        let given = Store::open(&file, Some(&place.video()), Limits::default()).unwrap();
         assert_eq!((given.video_to_read().unwrap(), given.changed()), (&*place.video(), None));
     }
 }
@@ -315,11 +313,14 @@ fn a_link_to_a_project_stays_a_link() {
     place.store().save().unwrap();
     let link = place.folder().join("link.json");
     std::os::unix::fs::symlink(place.file(), &link).unwrap();
-    let mut store = Store::open(&link, None).unwrap();
+    let mut store = Store::open(&link, None, Limits::default()).unwrap();
     store.apply(vec![add(0)]).unwrap();
     store.save().unwrap();
     assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
-    assert_eq!(Store::open_shared(&place.file(), None).unwrap().project().targets.len(), 1);
+    assert_eq!(
+        Store::open_shared(&place.file(), None, Limits::default()).unwrap().project().targets.len(),
+        1
+    );
 }
 
 /// A small valid file, with something replaced.
@@ -341,11 +342,12 @@ fn files_that_are_wrong_give_clear_errors() {
     let place = TestFolder::new();
     let error = |text: &str| {
         fs::write(place.file(), text).unwrap();
-        let error = Store::open(&place.file(), None).unwrap_err();
+        let error = Store::open(&place.file(), None, Limits::default()).unwrap_err();
         error.to_string()
     };
     fs::write(place.file(), changed("", "")).unwrap();
-    let target = Store::open(&place.file(), None).unwrap().project().targets[0].clone();
+    let target =
+        Store::open(&place.file(), None, Limits::default()).unwrap().project().targets[0].clone();
     assert_eq!(
         (target.tracked[&2].status, target.tracked[&2].visible),
         (Status::Uncertain, Some(0.5))
@@ -391,10 +393,12 @@ fn files_that_are_wrong_give_clear_errors() {
     assert!(error("[]").contains("is not a valid project"));
     assert!(error(&"[".repeat(100_000)).contains("is not a valid project"));
     assert!(error("\u{feff}{}").contains("is not a valid project"));
-    let missing = Store::open(&place.folder().join("none.json"), None).unwrap_err();
-    assert!(matches!(missing, Error::Read { .. }), "{missing}");
-    let no_folder = Store::open(&place.folder().join("a/b.json"), None).unwrap_err();
-    assert!(matches!(no_folder, Error::Read { .. }), "{no_folder}");
+    let missing =
+        Store::open(&place.folder().join("none.json"), None, Limits::default()).unwrap_err();
+    assert!(matches!(missing, Error::Track(patchlock_track::Error::Read { .. })), "{missing}");
+    let no_folder =
+        Store::open(&place.folder().join("a/b.json"), None, Limits::default()).unwrap_err();
+    assert!(matches!(no_folder, Error::Track(patchlock_track::Error::Read { .. })), "{no_folder}");
 }
 
 #[test]
@@ -406,12 +410,12 @@ fn files_changed_anywhere_never_panic() {
             let mut text = text.clone();
             text[at] = byte;
             fs::write(place.file(), &text).unwrap();
-            if let Ok(store) = Store::open_shared(&place.file(), None) {
+            if let Ok(store) = Store::open_shared(&place.file(), None, Limits::default()) {
                 assert!(store.project().video.frames > 0);
             }
         }
         fs::write(place.file(), &text[..at]).unwrap();
-        assert!(Store::open_shared(&place.file(), None).is_err());
+        assert!(Store::open_shared(&place.file(), None, Limits::default()).is_err());
     }
 }
 
@@ -419,12 +423,12 @@ fn files_changed_anywhere_never_panic() {
 #[test]
 fn child_that_is_killed() {
     let Some(file) = std::env::var_os("PATCHLOCK_TEST_KILLED") else { return };
-    let mut store = Store::open(&PathBuf::from(file), None).unwrap();
+    let mut store = Store::open(&PathBuf::from(file), None, Limits::default()).unwrap();
     loop {
         store.apply(vec![add(0), track(store.project().next_id, 1, 11)]).unwrap();
         store.save().unwrap();
         if store.project().targets.len() > 500 {
-            while store.undo().unwrap().is_some() {}
+            while store.step(false).unwrap().is_some() {}
         }
     }
 }
@@ -444,7 +448,8 @@ fn a_killed_process_leaves_the_old_file_or_the_new() {
         std::thread::sleep(Duration::from_millis(150 + 17 * round));
         child.kill().unwrap();
         child.wait().unwrap();
-        let store = Store::open(&place.file(), None).expect("nobody has it open");
+        let store =
+            Store::open(&place.file(), None, Limits::default()).expect("nobody has it open");
         assert!(store.revision() >= revision);
         revision = store.revision();
         let project = store.project();
@@ -463,7 +468,7 @@ fn the_example_of_the_guide_is_read_and_says_the_same_when_written() {
     let example = page.split("```").nth(1).unwrap().strip_prefix("json\n").unwrap();
     let place = TestFolder::new();
     fs::write(place.file(), example).unwrap();
-    let mut store = Store::open(&place.file(), None).unwrap();
+    let mut store = Store::open(&place.file(), None, Limits::default()).unwrap();
     let target = &store.project().targets[0];
     assert_eq!(target.tracked[&3].status, Status::Uncertain);
     assert_eq!((target.tracked[&2].visible, target.tracked[&2].agreement), (None, Some(0.9)));
@@ -477,7 +482,10 @@ fn the_example_of_the_guide_is_read_and_says_the_same_when_written() {
     };
     store.apply(vec![label("#000000"), label("#e69f00")]).unwrap();
     store.save().unwrap();
-    assert_eq!(*Store::open_shared(&place.file(), None).unwrap().project(), before);
+    assert_eq!(
+        *Store::open_shared(&place.file(), None, Limits::default()).unwrap().project(),
+        before
+    );
     let block = |k: usize| page.split("```").nth(k).unwrap().strip_prefix("json\n").unwrap();
     let with_attributes = format!(
         "{{\"format\": \"patchlock-project\", \"version\": 3, \"video\": {}, \"labels\": [{}], \"targets\": [{}]}}",
@@ -487,7 +495,7 @@ fn the_example_of_the_guide_is_read_and_says_the_same_when_written() {
     );
     let other = place.folder().join("other.json");
     fs::write(&other, with_attributes).unwrap();
-    let other = Store::open_shared(&other, None).unwrap();
+    let other = Store::open_shared(&other, None, Limits::default()).unwrap();
     let values = other.project().values(&other.project().targets[0], 20);
     let values: Vec<&str> = values.values().map(String::as_str).collect();
     assert_eq!(values, ["2", "left", "false", ""], "doors, light, parked, plate");
@@ -496,7 +504,7 @@ fn the_example_of_the_guide_is_read_and_says_the_same_when_written() {
     let labels = SharedLabels::new(place.folder()).read().unwrap().labels();
     assert_eq!(labels, store.project().labels);
     store.apply(vec![serde_json::from_str(block(9)).unwrap()]).unwrap();
-    store.undo().unwrap();
+    store.step(false).unwrap();
     let json = |text: &str| serde_json::from_str::<serde_json::Value>(text).unwrap();
     let numbers = |value: &serde_json::Value| value["targets"][0]["tracked"][0]["x"].clone();
     let written = json(&fs::read_to_string(place.file()).unwrap());
@@ -513,7 +521,7 @@ fn what_has_the_name_of_a_lock_is_left_alone() {
     let precious = place.folder().join("precious.txt");
     fs::write(&precious, "a year of work").unwrap();
     let refused = |words: &str| {
-        let opened = Store::open(&place.file(), Some(&place.video()));
+        let opened = Store::open(&place.file(), Some(&place.video()), Limits::default());
         let message = opened.unwrap_err().to_string();
         assert!(
             message.contains(words) && message.contains("not a lock of Patchlock"),
@@ -545,8 +553,9 @@ fn a_lock_that_a_killed_process_left_is_taken_over() {
     let lock = place.folder().join("frames.patchlock.json.lock");
     for left in ["", "process 4194999"] {
         fs::write(&lock, left).unwrap();
-        let store = Store::open(&place.file(), Some(&place.video())).unwrap();
-        let second = Store::open(&place.file(), Some(&place.video())).unwrap_err();
+        let store = Store::open(&place.file(), Some(&place.video()), Limits::default()).unwrap();
+        let second =
+            Store::open(&place.file(), Some(&place.video()), Limits::default()).unwrap_err();
         assert!(matches!(second, Error::InUse { .. }), "{second}");
         drop(store);
     }

@@ -4,6 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use patchlock::BoundingBox;
+use patchlock_media::Limits;
 use patchlock_studio::project::{Edit, Store};
 
 /// Frames of the video that [`TestFolder::new`] makes.
@@ -38,7 +39,7 @@ impl TestFolder {
 
     /// A new project of the video.
     pub fn store(&self) -> Store {
-        Store::create(&self.file(), &self.video()).unwrap()
+        Store::open(&self.file(), Some(&self.video()), Limits::default()).unwrap()
     }
 
     /// A new project that says that the video has this many frames.
@@ -48,7 +49,7 @@ impl TestFolder {
         let said = format!("\"frames\":{FRAMES}");
         assert!(text.contains(&said));
         fs::write(self.file(), text.replace(&said, &format!("\"frames\":{frames}"))).unwrap();
-        Store::open(&self.file(), None).unwrap()
+        Store::open(&self.file(), None, Limits::default()).unwrap()
     }
 }
 

@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 
 use image::ImageFormat;
 use patchlock::Preset;
+use patchlock_media::Limits;
 use patchlock_studio::project::Store;
 use patchlock_studio::server::ProjectLocation;
 use patchlock_track::models;
@@ -137,7 +138,8 @@ fn a_project_that_says_another_length_of_its_video_is_refused() {
     let truth = video(&folder.path().join("clip.mp4"));
     std::fs::copy(folder.path().join("clip.mp4"), folder.path().join("other.mp4")).expect("copies");
     let file = folder.path().join("clip.patchlock.json");
-    let mut store = Store::create(&file, &folder.path().join("clip.mp4")).expect("begins");
+    let mut store = Store::open(&file, Some(&folder.path().join("clip.mp4")), Limits::default())
+        .expect("begins");
     store.save().expect("is not there");
     drop(store);
     let text = std::fs::read_to_string(&file).expect("is written");

@@ -1,7 +1,8 @@
 //! A thread that decodes one clip and encodes its frames, those that were asked for first.
 
 use std::path::PathBuf;
-use std::sync::{Arc, Condvar, Mutex};
+use std::sync::Arc;
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender, TryRecvError};
 use std::thread;
 use std::time::Duration;
 
@@ -11,8 +12,8 @@ use tokio::sync::oneshot;
 
 use super::cache::{Cache, Key};
 use super::jpeg;
+use super::no_frame;
 use super::source::{AHEAD, BACK, Source};
-use super::{lock, no_frame};
 use crate::server::answer::Refusal;
 
 /// Frames prepared against the direction of the last step, after those in the direction.
@@ -20,9 +21,11 @@ const BEHIND: usize = 6;
 /// A source that nobody needs for this long is closed.
 const IDLE: Duration = Duration::from_secs(60);
 
+/// A frame that is looked at.
 pub(super) struct Request {
     pub(super) key: Key,
-    pub(super) answer: oneshot::Sender<Result<Bytes, Refusal>>,
+    /// Who waits for it; `None` if it was in the cache.
+    pub(super) answer: Option<oneshot::Sender<Result<Bytes, Refusal>>>,
 }
 
 /// What the thread needs to decode.
@@ -38,85 +41,62 @@ pub(super) struct Job {
 
 #[derive(Default)]
 struct RequestQueue {
+    /// Those that somebody waits for.
     requests: Vec<Request>,
     /// The frame that was last looked at, and the number of the one before it.
     last: Option<(Key, usize)>,
     /// Whether neighbours of the last one may be missing.
     prepare: bool,
-    /// Nobody will ask again.
-    closed: bool,
 }
 
 impl RequestQueue {
-    fn look(&mut self, key: Key) {
+    fn add(&mut self, request: Request) {
+        let key = request.key;
         let before = self.last.map_or(key.frame, |(last, _)| last.frame);
         self.last = Some((key, before));
         self.prepare = true;
+        if request.answer.is_some() {
+            self.requests.push(request);
+        }
     }
-}
-
-#[derive(Default)]
-struct DecoderState {
-    wanted: Mutex<RequestQueue>,
-    asked: Condvar,
 }
 
 /// A thread that decodes; it ends when this is dropped.
-pub(super) struct Decoder {
-    shared: Arc<DecoderState>,
-}
-
-impl Drop for Decoder {
-    fn drop(&mut self) {
-        lock(&self.shared.wanted).closed = true;
-        self.shared.asked.notify_all();
-    }
-}
+pub(super) struct Decoder(Sender<Request>);
 
 impl Decoder {
     pub(super) fn start(job: Job) -> Self {
-        let shared = Arc::new(DecoderState::default());
-        let theirs = Arc::clone(&shared);
-        thread::spawn(move || job.run(&theirs));
-        Self { shared }
+        let (asked, requests) = mpsc::channel();
+        thread::spawn(move || job.run(&requests));
+        Self(asked)
     }
 
     pub(super) fn ask(&self, request: Request) {
-        let mut wanted = lock(&self.shared.wanted);
-        wanted.look(request.key);
-        wanted.requests.push(request);
-        self.shared.asked.notify_all();
+        // Who waits for an answer is told if the thread has ended.
+        let _ = self.0.send(request);
     }
-
-    /// Takes note that a frame was looked at that was in the cache.
-    pub(super) fn passed(&self, key: Key) {
-        lock(&self.shared.wanted).look(key);
-        self.shared.asked.notify_all();
-    }
-}
-
-/// What to do next.
-enum Task {
-    Answer(Request),
-    Prepare(Key),
-    /// Close the source: nothing was asked for in a while.
-    Rest,
-    End,
 }
 
 impl Job {
-    fn run(self, shared: &DecoderState) {
-        let mut source = None;
+    fn run(self, asked: &Receiver<Request>) {
+        let (mut source, mut wanted) = (None, RequestQueue::default());
         loop {
-            let position = source.as_ref().map_or(0, |source: &Source| source.next);
-            let (key, answer) = match self.next(shared, position) {
-                Task::Answer(request) => (request.key, Some(request.answer)),
-                Task::Prepare(key) => (key, None),
-                Task::Rest => {
-                    source = None;
+            match asked.try_recv() {
+                Ok(request) => {
+                    wanted.add(request);
                     continue;
                 }
-                Task::End => return,
+                Err(TryRecvError::Disconnected) => return,
+                Err(TryRecvError::Empty) => {}
+            }
+            let position = source.as_ref().map_or(0, |source: &Source| source.next);
+            let Some(Request { key, answer }) = self.next(&mut wanted, position) else {
+                match asked.recv_timeout(IDLE) {
+                    Ok(request) => wanted.add(request),
+                    Err(RecvTimeoutError::Timeout) => source = None,
+                    Err(RecvTimeoutError::Disconnected) => return,
+                }
+                continue;
             };
             let jpeg = match self.cache.get(key) {
                 Some(jpeg) => Ok(jpeg),
@@ -125,35 +105,25 @@ impl Job {
             match answer {
                 Some(answer) => drop(answer.send(jpeg)),
                 // The error is reported when somebody asks for the frame.
-                None if jpeg.is_err() => lock(&shared.wanted).prepare = false,
+                None if jpeg.is_err() => wanted.prepare = false,
                 None => {}
             }
         }
     }
 
-    /// Waits for something to do.
-    fn next(&self, shared: &DecoderState, position: usize) -> Task {
-        let mut wanted = lock(&shared.wanted);
-        loop {
-            if wanted.closed {
-                return Task::End;
-            }
+    /// The frame to decode next: one that is waited for, or else one to prepare.
+    fn next(&self, wanted: &mut RequestQueue, position: usize) -> Option<Request> {
+        let is_needed = |request: &Request| {
             // A closed connection no longer needs an answer.
-            wanted.requests.retain(|request| !request.answer.is_closed());
-            if let Some(at) = nearest(&wanted.requests, position) {
-                return Task::Answer(wanted.requests.swap_remove(at));
-            }
-            if let Some(key) = self.missing(&wanted) {
-                return Task::Prepare(key);
-            }
-            wanted.prepare = false;
-            let waited = shared.asked.wait_timeout(wanted, IDLE);
-            let (after, time) = waited.unwrap_or_else(|poisoned| poisoned.into_inner());
-            if time.timed_out() && after.requests.is_empty() {
-                return Task::Rest;
-            }
-            wanted = after;
+            request.answer.as_ref().is_some_and(|answer| !answer.is_closed())
+        };
+        wanted.requests.retain(is_needed);
+        if let Some(at) = nearest(&wanted.requests, position) {
+            return Some(wanted.requests.swap_remove(at));
         }
+        let key = self.missing(wanted);
+        wanted.prepare = key.is_some();
+        key.map(|key| Request { key, answer: None })
     }
 
     /// A neighbour of the last frame that is not in the cache.
@@ -231,7 +201,7 @@ mod tests {
 
     #[test]
     fn the_request_that_needs_the_least_decoding_is_next() {
-        let request = |frame| Request { key: key(frame), answer: oneshot::channel().0 };
+        let request = |frame| Request { key: key(frame), answer: Some(oneshot::channel().0) };
         let requests: Vec<Request> = [40, 12, 30, 5].map(request).into();
         assert_eq!(nearest(&requests, 11), Some(1));
         assert_eq!(nearest(&requests, 31), Some(0));

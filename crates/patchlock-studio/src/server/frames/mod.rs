@@ -63,13 +63,13 @@ impl Reader {
         let is_thumbnail = (1..=THUMBNAIL).contains(&width);
         if let Some(jpeg) = self.cache.get(key) {
             if !is_thumbnail {
-                self.viewed.passed(key);
+                self.viewed.ask(Request { key, answer: None });
             }
             return Ok(jpeg);
         }
         let (answer, wait) = oneshot::channel();
         let decoder = if is_thumbnail { &self.thumbnails } else { &self.viewed };
-        decoder.ask(Request { key, answer });
+        decoder.ask(Request { key, answer: Some(answer) });
         wait.await.unwrap_or_else(|_| Err(Refusal::failed("the decoder has ended")))
     }
 }
