@@ -491,8 +491,9 @@ fn requests() -> Vec<Vec<u8>> {
     ];
     let table = "frame,x,y,w,h\n0,5,4,12,9\n1,6,4,12,9\n";
     let import = format!("POST /api/clips/1/import?format=csv\n\n{table}");
-    let exports = ["csv", "mot", "coco", "cvat", "yolo", "voc", "label-studio", "lasot", "got10k"]
-        .map(|format| format!("GET /api/clips/1/export?format={format}"));
+    let exports: Vec<String> = patchlock_studio::export::Format::all()
+        .map(|format| format!("GET /api/clips/1/export?format={}", format.name()))
+        .collect();
     let exports: Vec<&str> = exports.iter().map(String::as_str).collect();
     let track = "POST /api/clips/1/track\n\n{\"target\":1,\"from\":0,\"direction\":\"forward\"}";
     let steps =

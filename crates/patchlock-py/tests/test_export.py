@@ -36,7 +36,7 @@ FRAMES: list[dict[int, patchlock.Estimate]] = [
 """A synthetic sequence in which one target leaves and another appears."""
 BOXES = {(e.frame, i): tuple(e.box) for frame in FRAMES for i, e in frame.items()}
 """The boxes, by frame and target."""
-FORMATS = ["mot", "coco", "cvat", "yolo", "lasot", "got10k"]
+FORMATS = list(patchlock.export_formats())
 
 
 @pytest.fixture
@@ -81,10 +81,13 @@ def test_estimates_of_many_targets_are_exported(scene, film, tmp_path):
 @pytest.mark.parametrize("format", FORMATS)
 def test_the_command_writes_the_same_from_a_table(tmp_path, format):
     table = tmp_path / "film.csv"
-    table.write_text("frame,id,x,y,w,h,score\n0,1,10,20,30,40,1\n1,2,12,21,30.5,40,0.25\n")
-    size = None if format in ("mot", "lasot") else SIZE
-    options = ["--label", "car", *(["--size", "240x180"] if size else [])]
-    patchlock.export(str(table), format, tmp_path / "ours", label="car", size=size)
+    table.write_text(
+        "frame,id,x,y,w,h,score,x1,y1,x2,y2,x3,y3,x4,y4\n"
+        "0,1,10,20,30,40,1,10,20,40,20,40,60,10,60\n"
+        "1,2,12,21,30.5,40,0.25,12,21,42,21,42,61,12,61\n"
+    )
+    options = ["--label", "car", "--size", "240x180"]
+    patchlock.export(str(table), format, tmp_path / "ours", label="car", size=SIZE)
     from patchlock import _patchlock
 
     assert (
@@ -190,7 +193,7 @@ def test_few_key_frames_keep_the_overlap(tmp_path):
 
 def test_the_formats_are_listed():
     formats = patchlock.export_formats()
-    assert {*FORMATS, "cvat-obb", "label-studio"} <= set(formats)
+    assert {"mot", "cvat-obb", "label-studio"} <= set(formats)
     assert all(content for content in formats.values())
 
 

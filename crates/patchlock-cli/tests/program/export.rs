@@ -3,6 +3,7 @@
 use std::fs;
 
 use crate::support::{Bench, patchlock};
+use patchlock_track::export::Format;
 use predicates::prelude::*;
 use predicates::str::contains;
 
@@ -74,16 +75,15 @@ fn every_format_is_written() {
     let bench = Bench::new();
     bench.images("f", 2);
     bench.track("f").args(["--save", "a.csv"]).assert().success();
-    let files = ["mot", "coco", "cvat", "label-studio"];
-    for format in ["mot", "coco", "cvat", "yolo", "voc", "label-studio", "lasot", "got10k"] {
-        let out = format!("out.{format}");
-        let mut args = vec!["a.csv", "--format", format, "--out", &out, "--label", "card"];
+    for format in Format::ALL {
+        let (name, out) = (format.name, format!("out.{}", format.name));
+        let mut args = vec!["a.csv", "--format", name, "--out", &out, "--label", "card"];
         // The size of the frames is in the table.
-        if !files.contains(&format) {
+        if format.holds_frames() {
             args.extend(["--images", "f"]);
         }
         export(&bench, &args).success();
-        assert_eq!(bench.path(&out).is_file(), files.contains(&format), "{format}");
+        assert_eq!(bench.path(&out).is_file(), format.is_file(), "{name}");
         // An existing file, or a folder that is not empty, is not replaced.
         export(&bench, &args).code(2).stderr(predicate::str::contains("already"));
     }
@@ -147,8 +147,8 @@ fn a_huge_frame_number_is_an_error_with_its_line() {
     let bench = Bench::new();
     fs::write(bench.path("a.csv"), "frame,x,y,w,h\n0,1,2,3,4\n18446744073709551615,1,2,3,4\n")
         .unwrap();
-    for format in ["mot", "coco", "cvat", "yolo", "voc", "label-studio", "lasot", "got10k"] {
-        let args = ["a.csv", "--format", format, "--size", "9x9", "--out", "out"];
+    for format in Format::ALL {
+        let args = ["a.csv", "--format", format.name, "--size", "9x9", "--out", "out"];
         let expected = "a.csv, line 3: 18446744073709551615 is not a frame number";
         export(&bench, &args).code(1).stderr(contains(expected));
         assert!(!bench.path("out").exists());

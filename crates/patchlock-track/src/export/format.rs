@@ -1,6 +1,6 @@
-//! What a format is. A new one is a module with a `FORMAT`, and its lines in the module `export` and
-//! in its list [`Format::ALL`]: the program, the Python package and the studio take what they say from
-//! it.
+//! What a format is. A new one is a module with a `FORMAT`, and its line in the list `FORMATS` of the
+//! module `export`: the program, the Python package, the studio and tests of all take what they say
+//! from it.
 
 use std::fmt;
 

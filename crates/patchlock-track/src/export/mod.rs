@@ -44,21 +44,24 @@ pub use metadata::TargetMetadata;
 pub use selection::{Counts, Selection};
 pub use track::{Entry, ManualFlags, Track};
 
+/// All formats, as lists of them have them.
+const FORMATS: &[Format] = &[
+    mot::FORMAT,
+    kitti::FORMAT,
+    coco::FORMAT,
+    cvat::FORMAT,
+    cvat::FORMAT_OBB,
+    yolo::FORMAT,
+    yolo::FORMAT_OBB,
+    voc::FORMAT,
+    label_studio::FORMAT,
+    lasot::FORMAT,
+    got10k::FORMAT,
+];
+
 impl Format {
     /// All formats.
-    pub const ALL: [Self; 11] = [
-        mot::FORMAT,
-        kitti::FORMAT,
-        coco::FORMAT,
-        cvat::FORMAT,
-        cvat::FORMAT_OBB,
-        yolo::FORMAT,
-        yolo::FORMAT_OBB,
-        voc::FORMAT,
-        label_studio::FORMAT,
-        lasot::FORMAT,
-        got10k::FORMAT,
-    ];
+    pub const ALL: [Self; FORMATS.len()] = *FORMATS.first_chunk().unwrap();
 }
 
 /// Most lines of an export that has more than the track: a line for each frame of a target's

@@ -23,17 +23,21 @@ fn rows(method: &Method) -> impl Iterator<Item = &'static Parameter> {
     PARAMETERS.iter().filter(|row| row.is_used_by(method))
 }
 
+/// A number as the value of a setting.
+fn value_of(row: &Parameter, number: f64) -> Value {
+    match row.kind {
+        Kind::Whole => Value::from(number as i64),
+        Kind::Flag => Value::from(number != 0.0),
+        _ => Value::from(number),
+    }
+}
+
 /// Changes those settings that the method has.
 fn set(config: &mut TrackerConfig, settings: &[(&str, f64)]) {
     for &(name, number) in settings {
         let row = Parameter::named(name).unwrap();
-        let value = match row.kind {
-            Kind::Whole => Value::from(number as i64),
-            Kind::Flag => Value::from(number != 0.0),
-            _ => Value::from(number),
-        };
         if row.is_used_by(&config.method) {
-            config.set(name, value).unwrap();
+            config.set(name, value_of(row, number)).unwrap();
         }
     }
 }
@@ -140,134 +144,32 @@ fn track(config: &TrackerConfig) -> impl Iterator<Item = ObservedEstimate> {
     })
 }
 
-/// A different value for each numeric field.
-fn other_numbers() -> Vec<(&'static str, Value)> {
-    vec![
-        ("seed", Value::from(1)),
-        ("particles", Value::from(26)),
-        ("sigma_x", Value::from(5.0)),
-        ("sigma_y", Value::from(5.0)),
-        ("sigma_scale", Value::from(0.03)),
-        ("sigma_rotation", Value::from(0.01)),
-        ("sigma_aspect", Value::from(0.01)),
-        ("sigma_skew", Value::from(0.01)),
-        ("template_side", Value::from(28)),
-        ("large_patch", Value::from(12)),
-        ("large_step", Value::from(16)),
-        ("small_patch", Value::from(6)),
-        ("small_step", Value::from(6)),
-        ("atoms", Value::from(3)),
-        ("min_residual", Value::from(0.05)),
-        ("buffer", Value::from(2)),
-        ("epsilon", Value::from(0.2)),
-        ("beta", Value::from(0.2)),
-        ("templates", Value::from(7)),
-        ("update_interval", Value::from(3)),
-        ("small_update_interval", Value::from(4)),
-        ("delta", Value::from(1.0)),
-        ("large_buffer_guard", Value::from(1.0)),
-        ("small_buffer_guard", Value::from(1.0)),
-        ("replacement_growth", Value::from(1.0)),
-        ("forgetting", Value::from(0.5)),
-        ("subspace_keep", Value::from(0.3)),
-        ("subspace_vectors", Value::from(1)),
-        ("lambda", Value::from(0.1)),
-        ("guided_radius", Value::from(12)),
-        ("guided_epsilon", Value::from(1e-6)),
-        ("search", Value::from(5.0)),
-        ("label_width", Value::from(0.1)),
-        ("temporal", Value::from(5.0)),
-        ("patch", Value::from(196.0)),
-        ("scale_count", Value::from(17)),
-        ("scale_step", Value::from(1.03)),
-        ("scale_label_width", Value::from(0.15)),
-        ("scale_rate", Value::from(0.1)),
-        ("scale_area", Value::from(300.0)),
-        ("rotation_below", Value::from(0.1)),
-        ("rotation_least", Value::from(0.3)),
-        ("rotation_margin", Value::from(10.0)),
-        ("rotation_rate", Value::from(0.9)),
-        ("penalty", Value::from(0.5)),
-        ("colour_weight", Value::from(1.0)),
-        ("colour_contrast", Value::from(0.9)),
-        ("colour_rate", Value::from(0.5)),
-        ("around_rate", Value::from(0.0)),
-        ("memory_rate", Value::from(0.1)),
-        ("sure", Value::from(2.0)),
-        ("sure_visible", Value::from(9.0)),
-        ("sure_shown", Value::from(1.0)),
-        ("trial_shown", Value::from(1.0)),
-        ("unseen_below", Value::from(1.0)),
-        ("unseen_rate", Value::from(1.0)),
-        ("score_memory_rate", Value::from(1.0)),
-        ("seen_again", Value::from(0.0)),
-        ("seen_certainty", Value::from(0.0)),
-        ("gone_below", Value::from(9.0)),
-        ("score_early", Value::from(1.0)),
-        ("lost_below", Value::from(0.5)),
-        ("lost_drop", Value::from(9.0)),
-        ("first_frames", Value::from(0)),
-        ("lost_after", Value::from(4)),
-        ("covered_visible", Value::from(0.0)),
-        ("covered_elsewhere", Value::from(9.0)),
-        ("covered_contrast", Value::from(0.0)),
-        ("covered_below", Value::from(0.0)),
-        ("covered_after", Value::from(5)),
-        ("found_above", Value::from(0.9)),
-        ("trial", Value::from(9)),
-        ("search_windows", Value::from(40)),
-        ("scale_below", Value::from(-1.0)),
-        ("least_side", Value::from(1000.0)),
-        ("rotation_clear", Value::from(9.0)),
-        ("rotation_most", Value::from(0.01)),
-        ("rotation_mean", Value::from(5.0)),
-        ("rotation_mean_rate", Value::from(0.9)),
-        ("turning_least", Value::from(1.0)),
-        ("turning_margin", Value::from(9.0)),
-        ("turning_rate", Value::from(0.9)),
-        ("turning_frames", Value::from(0)),
-        ("recent_rate", Value::from(0.5)),
-        ("elsewhere_most", Value::from(0.1)),
-        ("search_overlap", Value::from(0.8)),
-        ("search_larger", Value::from(1.02)),
-        ("search_smaller", Value::from(1.02)),
-        ("found_promising", Value::from(2.0)),
-        ("found_larger", Value::from(1.05)),
-        ("found_smaller", Value::from(0.95)),
-        ("score_bias", Value::from(0.5)),
-        ("score_rate", Value::from(0.5)),
-        ("score_visible", Value::from(1.0)),
-        ("score_elsewhere", Value::from(-1.0)),
-        ("score_contrast", Value::from(1.0)),
-        ("tracked_score", Value::from(0.01)),
-        ("lost_score", Value::from(1.0)),
-        ("shown_epsilon", Value::from(0.1)),
-        ("score_tracked", Value::from(1.0)),
-        ("score_lost", Value::from(0.0)),
-        ("visible_tracked", Value::from(1.0)),
-        ("network_fit", Value::from(0.1)),
-        ("agree_overlap", Value::from(0.9)),
-    ]
+/// Other values of a setting than in these settings, which they fit: every word, the other flag, or
+/// numbers, those far away first, as they soon have an effect.
+pub fn others(config: &TrackerConfig, row: &Parameter) -> Vec<Value> {
+    let now = config.get(row.name).unwrap();
+    let number = match now {
+        Value::Whole(number) => number as f64,
+        Value::Number(number) => number,
+        _ => 0.0,
+    };
+    let tried: Vec<Value> = match row.range {
+        Range::Flag => vec![true.into(), false.into()],
+        Range::Words(words) => words.iter().map(|&word| word.into()).collect(),
+        Range::Number { min, max } => {
+            let far = max.min(10.0 * number.abs().max(1.0));
+            let all = [min, far, 2.0 * number, number / 2.0, number + 1.0, number - 1.0];
+            all.map(|number| value_of(row, number)).into()
+        }
+    };
+    let fits = |value: &Value| {
+        let mut changed = config.clone();
+        changed.set(row.name, value.clone()).is_ok() && changed.validate().is_ok()
+    };
+    tried.into_iter().filter(|value| *value != now && fits(value)).collect()
 }
 
-/// The values of a field, other than its default, that these tests try.
-fn others(parameter: &Parameter) -> Vec<Value> {
-    let mut defaults = defaults().into_iter();
-    let default = defaults.find_map(|config| config.get(parameter.name).ok()).unwrap();
-    match parameter.range {
-        Range::Flag => vec![Value::from(default == Value::Flag(false))],
-        Range::Words(words) => {
-            words.iter().map(|&word| Value::from(word)).filter(|word| *word != default).collect()
-        }
-        Range::Number { .. } => {
-            let name = parameter.name;
-            let row = other_numbers().into_iter().find(|(field, _)| *field == name);
-            vec![row.unwrap_or_else(|| panic!("other_numbers() has no value for `{name}`")).1]
-        }
-    }
-}
-
-/// Under every method that reads it.
+/// Under every method that reads it: each word and each flag, and some other number.
 #[test]
 fn every_field_matters() {
     let step = if slow("every_field_matters", 20) { 1 } else { 10 };
@@ -275,15 +177,23 @@ fn every_field_matters() {
     for method in all().iter().map(|config| &config.method) {
         let mut tracked: HashMap<String, Vec<ObservedEstimate>> = HashMap::new();
         for parameter in rows(method).filter(|row| base_of(method, row).reads(row)).step_by(step) {
-            for value in others(parameter) {
-                let mut config = base_of(method, parameter);
-                let key = format!("{config:?}");
-                let before = tracked.entry(key).or_insert_with(|| track(&config).collect());
+            let base = base_of(method, parameter);
+            let before =
+                &*tracked.entry(format!("{base:?}")).or_insert_with(|| track(&base).collect());
+            let has_effect = |value: &Value| {
+                let mut config = base.clone();
                 config.set(parameter.name, value.clone()).unwrap();
-                if track(&config).zip(&*before).all(|(now, before)| now == *before) {
-                    let method = method.name();
-                    without_effect.push(format!("{} = {value} with {method}", parameter.name));
+                track(&config).zip(before).any(|(now, before)| now != *before)
+            };
+            let (all, name) = (others(&base, parameter), method.name());
+            if matches!(parameter.range, Range::Number { .. }) {
+                if !all.iter().any(has_effect) {
+                    without_effect.push(format!("{} with {name}", parameter.name));
                 }
+                continue;
+            }
+            for value in all.iter().filter(|value| !has_effect(value)) {
+                without_effect.push(format!("{} = {value} with {name}", parameter.name));
             }
         }
     }
@@ -307,7 +217,7 @@ fn what_is_not_read_has_no_effect() {
         }
         for row in unread.into_iter().step_by(step) {
             let mut config = config.clone();
-            config.set(row.name, others(row).remove(0)).unwrap();
+            config.set(row.name, others(&config, row).remove(0)).unwrap();
             assert!(track(&config).eq(before.iter().cloned()), "{} has an effect", row.name);
         }
     }
@@ -331,7 +241,9 @@ fn a_setting_is_used_by_the_methods_that_have_it() {
             let message = wanted.to_string();
             assert!([row.name, method, row.group].iter().all(|word| message.contains(word)));
             assert_eq!(config.get(row.name), Err(wanted.clone()));
-            assert_eq!(config.set(row.name, others(row).remove(0)), Err(wanted));
+            let owner = defaults().into_iter().find(|config| row.is_used_by(&config.method));
+            let other = others(&owner.unwrap(), row).remove(0);
+            assert_eq!(config.set(row.name, other), Err(wanted));
             assert_eq!(config, before);
         }
     }
@@ -398,9 +310,6 @@ fn the_table_of_parameters_is_the_configuration() {
     for row in PARAMETERS {
         assert!(defaults().iter().any(|config| row.is_used_by(&config.method)), "{}", row.name);
     }
-    for (name, _) in other_numbers() {
-        assert!(PARAMETERS.iter().any(|row| row.name == name), "{name} is not a field");
-    }
 }
 
 /// [`TrackerConfig::get`] and [`TrackerConfig::set`] are what is serialised and read.
@@ -410,8 +319,8 @@ fn a_setting_by_name_is_the_field() {
         let method = &default.method;
         assert_eq!(read(json!({ method.name(): {} })).unwrap(), default);
         for row in rows(method) {
-            for value in others(row) {
-                let before = base_of(method, row);
+            let before = base_of(method, row);
+            for value in others(&before, row) {
                 let mut config = before.clone();
                 config.set(row.name, value.clone()).unwrap();
                 assert_ne!(config, before, "{}", row.name);

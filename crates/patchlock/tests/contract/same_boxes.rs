@@ -1,8 +1,11 @@
 //! The same seed gives the same boxes, bit for bit, whatever else changes.
 
+use crate::fields::others;
 use crate::methods::{all, draws_boxes, learning_early, paper};
 use crate::sequence::{OCCLUDED, SIMPLE, bits};
-use patchlock::{Estimate, Frame, FrameView, Gamma, Method, Scales, Tracker, TrackerConfig};
+use patchlock::{
+    Estimate, Frame, FrameView, PARAMETERS, Parameter, Range, Tracker, TrackerConfig, Value,
+};
 use std::process::Command;
 
 const FRAMES: std::ops::Range<usize> = 0..24;
@@ -101,23 +104,30 @@ fn with_an_observer() {
     }
 }
 
-/// With every setting that affects pruning, more candidates than a block holds, and frequent
-/// learning.
+/// With all combinations of words and flags, and numbers far away, more candidates than a block holds,
+/// and frequent learning.
 #[test]
 fn with_an_observer_whatever_is_pruned() {
     let mut base = learning_early(paper());
     base.set("particles", 130).unwrap();
-    for gamma in [Gamma::ExpVisible, Gamma::One, Gamma::Visible, Gamma::ExpError] {
-        for scales in [Scales::Both, Scales::Large, Scales::Small] {
-            for weights in [false, true] {
-                let mut config = base.clone();
-                let Method::Paper(paper) = &mut config.method else { panic!("of the paper") };
-                (paper.gamma, paper.scales) = (gamma, scales);
-                (paper.occlusion_weights, paper.position_weights) = (weights, weights);
-                observe_same_boxes(&config);
-            }
+    let (mut combinations, mut numbers) = (vec![base.clone()], Vec::new());
+    let affects = |row: &&Parameter| row.group == base.method.name() && row.name != "particles";
+    for row in PARAMETERS.iter().filter(affects) {
+        let others = others(&base, row);
+        let with = |config: &TrackerConfig, value: &Value| {
+            let mut config = config.clone();
+            config.set(row.name, value.clone()).unwrap();
+            config
+        };
+        if matches!(row.range, Range::Number { .. }) {
+            numbers.extend(others.iter().take(2).map(|value| with(&base, value)));
+            continue;
+        }
+        for config in combinations.clone() {
+            combinations.extend(others.iter().map(|value| with(&config, value)));
         }
     }
+    combinations.iter().chain(&numbers).for_each(observe_same_boxes);
 }
 
 fn observe_same_boxes(config: &TrackerConfig) {
