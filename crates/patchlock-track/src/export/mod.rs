@@ -22,6 +22,7 @@ mod output;
 mod rotated;
 mod selection;
 mod sequence;
+mod table;
 mod track;
 mod voc;
 mod xml;
@@ -37,16 +38,18 @@ use crate::attributes::Attribute;
 use crate::outline::Outline;
 use frames::Frames;
 
-pub use all::{Clip, Part, SplitError, split, write_all, write_texts};
+pub use all::{Clip, Part, SplitError, split, write_all};
 pub use format::{Format, ImageUse, Purpose};
 pub use key_frames::KeyFrames;
 pub use metadata::TargetMetadata;
 pub use selection::{Counts, Selection};
+pub use table::ATTRIBUTE;
 pub use track::{Entry, ManualFlags, Track};
 
 impl Format {
     /// All formats.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
+        table::FORMAT,
         mot::FORMAT,
         kitti::FORMAT,
         coco::FORMAT,

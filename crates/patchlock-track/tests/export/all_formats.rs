@@ -77,7 +77,7 @@ fn inconsistent_options_are_errors_and_nothing_is_written() {
         assert_eq!(fs::read_dir(workspace.path("")).unwrap().count(), 2, "{message}");
     }
     assert!(
-        Format::named("vot")
+        Format::named("vot", false)
             .unwrap_err()
             .to_string()
             .contains("mot, kitti, coco, cvat, cvat-obb, yolo, yolo-obb, voc")
@@ -218,7 +218,7 @@ fn nested(targets: usize) -> Track {
         score: None,
         corners: None,
         status: None,
-        manual: None,
+        ..Entry::default()
     };
     let both = |id| [entry(id, id), entry(2 * targets - 1 - id, id)];
     Track::new((0..targets).flat_map(both).collect()).unwrap()
@@ -247,7 +247,7 @@ fn distinct_targets(count: u64) -> Track {
         score: None,
         corners: None,
         status: None,
-        manual: None,
+        ..Entry::default()
     };
     let metadata = |id: u64| {
         let attributes = [(format!("a{id}"), "b".to_owned())].into();
