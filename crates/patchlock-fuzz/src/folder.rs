@@ -298,7 +298,7 @@ fn copied(folder: &Path, out: &Path) {
             score: None,
             corners: Some([[1.5, 1.5], [7.5, 1.5], [7.5, 6.5], [1.5, 6.5]]),
             status: None,
-            manual: None,
+            ..Entry::default()
         };
         let track = Track::new((0..count).map(entry).collect()).expect("is a track");
         let options = export::Options {
@@ -309,9 +309,8 @@ fn copied(folder: &Path, out: &Path) {
         belongs_to_the_folder(out);
     }
     let Some((clips, labels)) = accepted(studio_export::of_folder(folder)) else { return };
-    for format in studio_export::Format::all().filter(|format| format.copies_frames()) {
-        let options =
-            studio_export::Options { frames: true, ..studio_export::Options::new(format, "clips") };
+    for format in Format::all(true).filter(|format| format.copies_frames()) {
+        let options = export::Options::new(format, "clips");
         accepted(studio_export::write_all(&clips, &labels, &options, None, out, &|| false));
         belongs_to_the_folder(out);
     }

@@ -230,7 +230,7 @@ fn track() -> Track {
         score: Some(1.0 - k as f64 / 16.0),
         corners: (id == 2).then_some([[10.0, 6.5], [42.0, 6.5], [42.0, 26.5], [10.0, 26.5]]),
         status: Some(if k == 6 { Status::Lost } else { Status::Tracked }),
-        manual: None,
+        ..Entry::default()
     };
     let entries = (0..8).flat_map(|k| [entry(k, 1), entry(k, 2)]).collect();
     Track::new(entries).expect("is valid").sized(640, 480)
@@ -261,7 +261,7 @@ fn tracks() -> Vec<Vec<u8>> {
 fn imports() -> Vec<Vec<u8>> {
     let scratch = Scratch::new();
     let written = |format: &str| {
-        let format = export::Format::named(format).expect("is known");
+        let format = export::Format::named(format, false).expect("is known");
         let options = export::Options {
             label: "car".to_owned(),
             size: Some((640, 480)),

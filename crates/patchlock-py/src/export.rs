@@ -71,7 +71,7 @@ pub fn warn_of(py: Python<'_>, text: &str, level: i32) -> PyResult<()> {
 /// The names of all formats, each with what it writes.
 #[pyfunction]
 pub fn _export_formats() -> Vec<(&'static str, &'static str)> {
-    Format::ALL.iter().map(|format| (format.name, format.content)).collect()
+    Format::all(false).map(|format| (format.name, format.content)).collect()
 }
 
 /// Writes a track in another format; returns the number of files written.
@@ -93,7 +93,7 @@ pub fn export(
     key_frames: f64,
     overwrite: bool,
 ) -> PyResult<usize> {
-    let format = Format::named(format).map_err(to_python)?;
+    let format = Format::named(format, false).map_err(to_python)?;
     let (selection, key_frames) =
         choice(status, min_score, every, key_frames).map_err(to_python)?;
     let options =
@@ -111,7 +111,8 @@ pub fn export(
 
 fn entry((frame, id, [x, y, w, h], score, corners, status): Row) -> PyResult<Entry> {
     let (bbox, status) = (Some(BoundingBox { x, y, w, h }), Some(to_status(&status)?));
-    Ok(Entry { frame, id, bbox, score: Some(score), corners: Some(corners), status, manual: None })
+    let (score, corners) = (Some(score), Some(corners));
+    Ok(Entry { frame, id, bbox, score, corners, status, ..Entry::default() })
 }
 
 /// File system errors become `OSError`, all others `ValueError`.

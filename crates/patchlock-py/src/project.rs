@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use patchlock_media::Limits;
-use patchlock_studio::export::{self, Format, Options};
-use patchlock_studio::import;
 use patchlock_studio::project::{self as rust, Edit, Error, Outline, Store, Target};
+use patchlock_studio::{export, import};
+use patchlock_track::export::{Format, Options};
 use patchlock_track::files;
 use pyo3::exceptions::{PyKeyError, PyOSError, PyValueError};
 use pyo3::prelude::*;
@@ -352,20 +352,19 @@ impl Project {
         key_frames: f64,
         overwrite: bool,
     ) -> PyResult<usize> {
-        let format = Format::named(format).map_err(to_python)?;
+        let format = Format::named(format, true).map_err(|error| to_python(error.into()))?;
         let stem =
             || self.store.video().file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let (name, limits) = (name.unwrap_or_else(stem), self.store.limits());
         let (selection, key_frames) = choice(status, min_score, every, key_frames)
             .map_err(|error| to_python(error.into()))?;
+        let video = || self.store.video_to_read().map(Path::to_path_buf);
+        let images = export::reads(&format, frames, self.store.video()).then(video);
+        let images = images.transpose().map_err(to_python)?;
         let options =
-            Options { frames, selection, key_frames, limits, ..Options::new(format, name) };
-        let video = match options.reads(self.store.video()) {
-            true => self.store.video_to_read().map_err(to_python)?,
-            false => self.store.video(),
-        };
+            Options { images, selection, key_frames, limits, ..Options::new(format, name) };
         let project = self.store.project();
-        let written = py.detach(|| export::write(project, video, &options, &out, overwrite));
+        let written = py.detach(|| export::write(project, &options, &out, overwrite));
         let written = written.map_err(to_python)?;
         warn(py, &options.selection, &written, 1)?;
         Ok(written.files)

@@ -1,152 +1,25 @@
-//! Writes a project, or all projects of a folder, in the formats of other tools; and a project as a
-//! table.
-
-mod table;
+//! Writes a project, or all projects of a folder, in the formats of other tools or as a table.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use patchlock::{BoundingBox, Status};
 use patchlock_media::Limits;
 use patchlock_track::export::{
-    self, Clip, Entry, ExportSummary, ImageUse, KeyFrames, ManualFlags, Part, Selection,
-    TargetMetadata, Track,
+    self, Clip, Entry, ExportSummary, Format, ImageUse, ManualFlags, Options, Part, TargetMetadata,
+    Track,
 };
 
 use crate::project::{
-    Changes, Error, Label, Outline, PLACEHOLDER, Project, SharedLabels, Store, Target, file,
+    Changes, Error, Label, Outline, PLACEHOLDER, Project, SharedLabels, Store, Target,
 };
 
-pub(crate) use table::ATTRIBUTE;
-pub use table::table;
-
-/// A format that a project can be written in.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Format {
-    /// A table with one row per target and frame, which [`crate::import`] reads again, with all
-    /// that the project says of the frame.
-    Csv,
-    /// The format of another tool.
-    Other(export::Format),
-}
-
-impl Format {
-    /// The name on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Csv => "csv",
-            Self::Other(format) => format.name,
-        }
-    }
-
-    /// The name for people, and what is written.
-    pub fn in_words(self) -> (&'static str, &'static str) {
-        match self {
-            Self::Csv => {
-                ("Patchlock table", "one line per frame and target, with score and status")
-            }
-            Self::Other(format) => (format.title, format.content),
-        }
-    }
-
-    /// All formats. Projects have only the outlines that a person has drawn.
-    pub fn all() -> impl Iterator<Item = Self> {
-        let is_of_project = |format: &export::Format| !format.is_of_tracker;
-        let others = export::Format::ALL.into_iter().filter(is_of_project);
-        [Self::Csv].into_iter().chain(others.map(Self::Other))
-    }
-
-    /// The format of this name.
-    ///
-    /// # Errors
-    /// [`Error::Track`] if there is no such format; the message lists the names.
-    pub fn named(name: &str) -> Result<Self, Error> {
-        Self::all().find(|format| format.name() == name).ok_or_else(|| {
-            let known = Self::all().map(Self::name).collect::<Vec<_>>().join(", ");
-            refused(format!("there is no format {name:?}; the formats are {known}"))
-        })
-    }
-
-    /// Whether an export of all clips has copies of their frames.
-    pub fn copies_frames(self) -> bool {
-        matches!(self, Self::Other(format) if format.copies_frames())
-    }
-
-    /// The ending of the file, without a dot; `None` for a folder.
-    pub fn ending(self) -> Option<&'static str> {
-        match self {
-            Self::Csv => Some("csv"),
-            Self::Other(format) => format.ending(),
-        }
-    }
-
-    /// Whether the format is a single file, as opposed to a folder.
-    pub fn is_file(self) -> bool {
-        self.ending().is_some()
-    }
-
-    /// Checks whether the options are those of a table, which has all that the project says.
-    fn check_table(options: &Options) -> Result<(), Error> {
-        let plain = Options::new(options.format, "");
-        match (options.selection == plain.selection, options.key_frames == plain.key_frames) {
-            (true, true) => Ok(()),
-            (false, _) => Err(refused("csv has all boxes; a choice of them is for other formats")),
-            (_, false) => Err(refused("csv has no key frames to choose")),
-        }
-    }
-}
-
-/// The options of an export.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Options {
-    /// The format.
-    pub format: Format,
-    /// Name of the video, used in the format's files.
-    pub name: String,
-    /// Whether formats that include the frames get them; otherwise they have boxes only.
-    pub frames: bool,
-    /// Which boxes are written.
-    pub selection: Selection,
-    /// Which boxes are key frames, between which the tool interpolates.
-    pub key_frames: KeyFrames,
-    /// What the video may claim.
-    pub limits: Limits,
-}
-
-impl Options {
-    /// The options of an export without frames, of the boxes that the format has by default. `name` is
-    /// that of the video.
-    pub fn new(format: Format, name: impl Into<String>) -> Self {
-        Self {
-            format,
-            name: name.into(),
-            frames: false,
-            selection: Selection::default(),
-            key_frames: KeyFrames::Every(1),
-            limits: Limits::default(),
-        }
-    }
-
-    /// Whether the export reads this video, or the names of the images in this folder.
-    pub fn reads(&self, video: &Path) -> bool {
-        let Format::Other(format) = self.format else { return false };
-        // Only the images of a folder have names.
-        let names = format.images == ImageUse::Named && video.is_dir();
-        names || (format.holds_frames() && self.frames)
-    }
-
-    /// The same for another tool's format with these classes, without the frames.
-    fn of_format(&self, format: export::Format, labels: Vec<String>) -> export::Options {
-        export::Options {
-            label: PLACEHOLDER.to_owned(),
-            labels,
-            selection: self.selection.clone(),
-            key_frames: self.key_frames,
-            limits: self.limits,
-            ..export::Options::new(format, &self.name)
-        }
-    }
+/// Whether an export in this format, with the frames or with boxes only, reads this video, or the
+/// names of the images in this folder.
+pub fn reads(format: &Format, frames: bool, video: &Path) -> bool {
+    // Only the images of a folder have names.
+    let names = format.images == ImageUse::Named && video.is_dir();
+    names || (format.holds_frames() && frames)
 }
 
 fn refused(reason: impl Into<String>) -> Error {
@@ -154,30 +27,18 @@ fn refused(reason: impl Into<String>) -> Error {
 }
 
 /// Writes a project to a file, or to a folder that does not exist yet or is empty; all or nothing.
-/// `video` is where the frames are.
+/// The classes are those of the project, not of the options.
 ///
 /// # Errors
 /// [`Error::Track`] if the project has no boxes, or if `out` exists: a file is replaced only with
 /// `overwrite`, a folder never; or if the frames cannot be read or `out` cannot be written.
 pub fn write(
     project: &Project,
-    video: &Path,
     options: &Options,
     out: &Path,
     overwrite: bool,
 ) -> Result<ExportSummary, Error> {
-    let format = match options.format {
-        Format::Csv => {
-            Format::check_table(options)?;
-            write_table(project, out, overwrite)?;
-            return Ok(of_tables([project]));
-        }
-        Format::Other(format) => format,
-    };
-    let options = export::Options {
-        images: options.reads(video).then(|| video.to_path_buf()),
-        ..options.of_format(format, classes(&project.labels, [project]))
-    };
+    let options = Options { labels: classes(&project.labels, [project]), ..options.clone() };
     Ok(export::write(&track(project)?, &options, out, overwrite)?)
 }
 
@@ -200,7 +61,7 @@ pub struct FolderClip {
     pub name: String,
     /// What is known of it, with the labels of all.
     pub project: Project,
-    /// The video, if it may be read.
+    /// The video, if it may be read and its frames are wanted.
     pub video: Option<PathBuf>,
 }
 
@@ -266,7 +127,7 @@ pub struct CombinedExport {
 }
 
 /// Writes all clips to one folder that does not exist yet or is empty, all or nothing; ends soon
-/// after `stopped` returns true. Classes are numbered in the order of `labels`.
+/// after `stopped` returns true. Classes are numbered in the order of `labels`, not as in the options.
 ///
 /// # Errors
 /// As [`write()`]; [`Error::Track`] if the clips cannot be divided.
@@ -284,9 +145,8 @@ pub fn write_all(
     let (full, empty): (Vec<_>, Vec<_>) = clips.iter().partition(has_boxes);
     let names: Vec<&str> = full.iter().map(|clip| clip.name.as_str()).collect();
     let parts = val.map_or_else(|| Ok(vec![Part::Train; names.len()]), |val| val.parts(&names))?;
-    let images = |clip: &FolderClip| clip.video.clone().filter(|_| options.frames);
     let all = full.iter().zip(&parts).map(|(clip, &part)| {
-        let (name, images) = (clip.name.clone(), images(clip));
+        let (name, images) = (clip.name.clone(), clip.video.clone());
         Ok(Clip { name, track: track(&clip.project)?, images, part })
     });
     let all = all.collect::<Result<Vec<Clip>, Error>>()?;
@@ -295,20 +155,8 @@ pub fn write_all(
         clips.map(|clip| clip.name.clone()).collect()
     };
     let projects = || full.iter().map(|clip| &clip.project);
-    let mut written = match options.format {
-        Format::Other(format) => {
-            let options = options.of_format(format, classes(labels, projects()));
-            export::write_all(&all, &options, out, stopped)?
-        }
-        Format::Csv => {
-            Format::check_table(options)?;
-            let tables = all.iter().zip(projects());
-            let tables = tables.map(|(clip, it)| Ok((clip.name.as_str(), clip.part, table(it)?)));
-            let tables = tables.collect::<Result<Vec<_>, Error>>()?;
-            export::write_texts(&tables, "csv", out, stopped)?;
-            of_tables(projects())
-        }
-    };
+    let options = Options { labels: classes(labels, projects()), ..options.clone() };
+    let mut written = export::write_all(&all, &options, out, stopped)?;
     written.notes.extend(one_sided(projects().zip(parts.iter().copied())));
     Ok(CombinedExport {
         written,
@@ -341,19 +189,6 @@ fn one_sided<'a>(clips: impl Iterator<Item = (&'a Project, Part)>) -> Vec<String
         )
     };
     parts.map(say).collect()
-}
-
-/// What tables of these projects have.
-fn of_tables<'a>(projects: impl IntoIterator<Item = &'a Project>) -> ExportSummary {
-    let mut written = ExportSummary::default();
-    for project in projects {
-        let count = |target: &Target| rows(target).iter().filter(|row| row.bbox.is_some()).count();
-        let counts: Vec<usize> = project.targets.iter().map(count).collect();
-        written.files += 1;
-        written.targets += counts.iter().filter(|count| **count > 0).count();
-        written.boxes.boxes += counts.iter().sum::<usize>();
-    }
-    written
 }
 
 /// The clips of a folder: all projects in it, in natural order, with the labels of the folder. Only
@@ -406,14 +241,6 @@ fn check_place(file: &Path, folder: &Path) -> Result<(), Error> {
     }
 }
 
-fn write_table(project: &Project, out: &Path, overwrite: bool) -> Result<(), Error> {
-    if out.exists() && (out.is_dir() || !overwrite) {
-        return Err(refused(format!("{} exists already", out.display())));
-    }
-    let text = table(project)?;
-    file::replace(out, text.as_bytes()).map(drop).map_err(|error| Error::write(out, error))
-}
-
 /// Checks how many rows the targets have. Two numbers in a file can hide a target in any number of
 /// frames.
 fn check_rows(project: &Project) -> Result<(), Error> {
@@ -437,17 +264,7 @@ fn check_rows(project: &Project) -> Result<(), Error> {
 /// frames.
 pub fn track(project: &Project) -> Result<Track, Error> {
     check_rows(project)?;
-    let entries = project.targets.iter().flat_map(|target| {
-        rows(target).into_iter().map(|row| Entry {
-            frame: row.frame,
-            id: target.id,
-            bbox: row.bbox,
-            score: row.score,
-            corners: None,
-            status: row.status,
-            manual: row.manual,
-        })
-    });
+    let entries = project.targets.iter().flat_map(entries);
     let metadata = project.targets.iter().map(|target| (target.id, metadata(project, target)));
     let metadata: BTreeMap<u64, TargetMetadata> = metadata.collect();
     let mut declared = BTreeMap::new();
@@ -488,41 +305,28 @@ fn metadata(project: &Project, target: &Target) -> TargetMetadata {
     TargetMetadata { label: target.label.clone(), attributes, changes }
 }
 
-/// What is known of a target in a frame.
-#[derive(Default)]
-struct Row<'a> {
-    frame: usize,
-    bbox: Option<BoundingBox>,
-    outline: Option<&'a Outline>,
-    score: Option<f64>,
-    status: Option<Status>,
-    visible: Option<f64>,
-    agreement: Option<f64>,
-    manual: Option<ManualFlags>,
-}
-
-/// All frames of a target of which something is known, in order.
-fn rows(target: &Target) -> Vec<Row<'_>> {
-    let keys = target.keys.iter().map(|(&frame, key)| {
+/// All frames of a target of which something is known.
+fn entries(target: &Target) -> impl Iterator<Item = Entry> {
+    let id = target.id;
+    let keys = target.keys.iter().map(move |(&frame, key)| {
         let manual =
             ManualFlags { hidden: false, occluded: key.occluded, truncated: key.truncated };
-        let outline = key.outline.as_ref();
-        Row { frame, bbox: Some(key.bbox), outline, manual: Some(manual), ..Row::default() }
+        let (bbox, manual) = (Some(key.bbox), Some(manual));
+        Entry { frame, id, bbox, manual, ..Entry::default() }
     });
-    let tracked = target.tracked.iter().map(|(&frame, tracked)| Row {
+    let tracked = target.tracked.iter().map(move |(&frame, tracked)| Entry {
         frame,
+        id,
         bbox: Some(tracked.bbox),
         score: Some(tracked.score),
         status: Some(tracked.status),
         visible: tracked.visible,
         agreement: tracked.agreement,
-        ..Row::default()
+        ..Entry::default()
     });
-    let hidden = target.hidden.iter().flat_map(|&[from, to]| from..=to).map(|frame| {
+    let hidden = target.hidden.iter().flat_map(|&[from, to]| from..=to).map(move |frame| {
         let manual = ManualFlags { hidden: true, ..ManualFlags::default() };
-        Row { frame, manual: Some(manual), ..Row::default() }
+        Entry { frame, id, manual: Some(manual), ..Entry::default() }
     });
-    let mut rows: Vec<Row<'_>> = keys.chain(tracked).chain(hidden).collect();
-    rows.sort_by_key(|row| row.frame);
-    rows
+    keys.chain(tracked).chain(hidden)
 }

@@ -67,11 +67,11 @@ fn after_help() -> String {
             Some(mark) => format!("; lost: {mark}"),
             None => String::new(),
         };
-        entry(format.name, &format!("{}{lost}", format.content))
+        let only = if format.is_of_project { "for projects only: " } else { "" };
+        entry(format.name, &format!("{only}{}{lost}", format.content))
     };
     let formats: String = Format::ALL.iter().map(format).collect();
-    let csv = entry("csv", "for projects only: a table of all targets and frames");
-    format!("{EXAMPLES}{formats}{csv}\n{NOTES}")
+    format!("{EXAMPLES}{formats}\n{NOTES}")
 }
 
 /// An entry of the list of formats, in lines of at most 80 columns.
@@ -186,8 +186,7 @@ pub struct ExportArgs {
 
 /// The names of all formats, which shells complete.
 fn formats() -> PossibleValuesParser {
-    let names = Format::ALL.iter().map(|format| format.name);
-    PossibleValuesParser::new(names.chain([of_project::Format::Csv.name()]))
+    PossibleValuesParser::new(Format::ALL.map(|format| format.name))
 }
 
 pub fn run(args: &ExportArgs) -> Result<()> {
@@ -201,7 +200,7 @@ pub fn run(args: &ExportArgs) -> Result<()> {
         return export_project(args);
     }
     let track = Track::read(&args.track).map_err(Failure::from)?;
-    export_track(args, &track, Vec::new())
+    export_track(args, false, &track, Vec::new())
 }
 
 fn export_project(args: &ExportArgs) -> Result<()> {
@@ -212,22 +211,9 @@ fn export_project(args: &ExportArgs) -> Result<()> {
     let store = Store::open_shared(&args.track, None, Limits::default()).map_err(Failure::from)?;
     Inputs::default().with_source(store.video()).check(&args.out)?;
     args.images.iter().for_each(|images| say_if_other(&store, images));
-    let format = of_project::Format::named(&args.format).map_err(Failure::from)?;
-    let track = of_project::track(store.project()).map_err(Failure::from)?;
-    if format != of_project::Format::Csv {
-        let project = store.project();
-        return export_track(args, &track, of_project::classes(&project.labels, [project]));
-    }
-    let options = of_project::Options {
-        selection: args.selection()?,
-        key_frames: args.key_frames()?,
-        limits: args.limits.limits(),
-        ..of_project::Options::new(format, "")
-    };
-    let written =
-        of_project::write(store.project(), store.video(), &options, &args.out, args.overwrite);
-    conclude(args, &written.map_err(Failure::from)?);
-    Ok(())
+    let project = store.project();
+    let track = of_project::track(project).map_err(Failure::from)?;
+    export_track(args, true, &track, of_project::classes(&project.labels, [project]))
 }
 
 /// Warns of images that are not those of a project. A folder may hold the frames of its video.
@@ -249,8 +235,8 @@ fn export_all(args: &ExportArgs) -> Result<()> {
             .hint("with --all, name the folder of the clips and their projects")
             .into());
     }
-    let (clips, labels) = of_project::of_folder(&args.track).map_err(Failure::from)?;
-    let format = of_project::Format::named(&args.format).map_err(Failure::from)?;
+    let (mut clips, labels) = of_project::of_folder(&args.track).map_err(Failure::from)?;
+    let format = Format::named(&args.format, true).map_err(Failure::from)?;
     let of_folder = || {
         let name = args.track.canonicalize().map_or_else(|_| stem(&args.track), |it| stem(&it));
         // A hidden folder is no reason to refuse, and the root has no name.
@@ -259,15 +245,15 @@ fn export_all(args: &ExportArgs) -> Result<()> {
             name => name.to_owned(),
         }
     };
-    let options = of_project::Options {
-        format,
-        name: args.name.clone().unwrap_or_else(of_folder),
-        frames: !args.no_frames,
+    let options = Options {
         selection: args.selection()?,
         key_frames: args.key_frames()?,
         limits: args.limits.limits(),
+        ..Options::new(format, args.name.clone().unwrap_or_else(of_folder))
     };
-    if options.frames && format.copies_frames() {
+    if args.no_frames {
+        clips.iter_mut().for_each(|clip| clip.video = None);
+    } else if format.copies_frames() {
         let outside = clips.iter().find(|clip| clip.video.is_none());
         if let Some(clip) = outside {
             let video = clip.project.video.path.display();
@@ -305,10 +291,15 @@ fn say_all(args: &ExportArgs, written: &of_project::CombinedExport) {
     }
 }
 
-/// Writes a track in the format of another tool.
-fn export_track(args: &ExportArgs, track: &Track, labels: Vec<String>) -> Result<()> {
+/// Writes a track, of a project or else of a tracker.
+fn export_track(
+    args: &ExportArgs,
+    of_project: bool,
+    track: &Track,
+    labels: Vec<String>,
+) -> Result<()> {
     let options = Options {
-        format: Format::named(&args.format).map_err(Failure::from)?,
+        format: Format::named(&args.format, of_project).map_err(Failure::from)?,
         name: args.name.clone().unwrap_or_else(|| stem(&args.track)),
         label: args.label.clone().unwrap_or_else(|| "target".to_owned()),
         labels,

@@ -103,7 +103,7 @@ fn errors_name_their_cause() {
         (
             &["a.csv", "--format", "csv", "--out", "x"],
             2,
-            "there is no format csv; the formats are mot, ",
+            "there is no format \"csv\"; the formats are mot, ",
         ),
         (&["b.txt", "--format", "coco", "--out", "x"], 2, "needs the frame size"),
         (

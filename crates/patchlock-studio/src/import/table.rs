@@ -3,11 +3,11 @@
 use std::collections::HashSet;
 
 use patchlock::{BoundingBox, Status};
+use patchlock_track::export::ATTRIBUTE;
 use patchlock_track::text::of_cell;
 use serde::Deserialize;
 
 use super::{ImportBuilder, Outcome, Row};
-use crate::export::ATTRIBUTE;
 
 /// The columns that are read. Cells may be empty.
 #[derive(Deserialize)]

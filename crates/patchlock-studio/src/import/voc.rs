@@ -3,7 +3,7 @@
 
 use patchlock::BoundingBox;
 
-use super::xml::Xml;
+use super::xml::{Element, Xml};
 use super::{File, ImportBuilder, Outcome, Row, text_of};
 
 /// What a file says.
@@ -21,7 +21,7 @@ pub fn read(files: &[File], found: &mut ImportBuilder<'_>) -> Outcome {
     for file in files.iter().filter(is_xml) {
         let wrong = |reason: String| format!("{}: {reason}", file.name);
         let text = text_of(&file.content).map_err(wrong)?;
-        let read = annotation(&mut Xml::new(text)).map_err(wrong)?;
+        let read = annotation(text).map_err(wrong)?;
         found.check_size(read.size[0].zip(read.size[1])).map_err(wrong)?;
         let image = if read.image.is_empty() { file.name.clone() } else { read.image };
         all.push(Annotation { image, ..read });
@@ -37,45 +37,41 @@ pub fn read(files: &[File], found: &mut ImportBuilder<'_>) -> Outcome {
     Ok(())
 }
 
-fn annotation(xml: &mut Xml<'_>) -> Outcome<Annotation> {
-    let root = xml.root()?;
-    ensure!(root.name == "annotation", "the file begins with <{}>, not <annotation>", root.name);
+fn annotation(text: &str) -> Outcome<Annotation> {
+    let mut xml = Xml::new(text, "annotation")?;
     let mut read = Annotation::default();
-    while let Some(child) = xml.child()? {
-        match child.name.as_str() {
-            "filename" => read.image = xml.text()?,
-            "size" => xml.texts(&["width", "height"], |side, text| {
-                read.size[side] = text.parse().ok();
-                Ok(())
-            })?,
-            "object" => read.rows.push(object(xml)?),
-            _ => drop(xml.text()?),
+    while let Some(part) = xml.part()? {
+        match part.name() {
+            "filename" => read.image = part.text,
+            "size" => {
+                read.size = part.texts(["width", "height"]).map(|side| side?.parse().ok());
+            }
+            "object" => read.rows.push(object(&part)?),
+            _ => {}
         }
     }
     Ok(read)
 }
 
-fn object(xml: &mut Xml<'_>) -> Outcome<Row> {
-    let (mut row, mut sides) = (Row::default(), [None; 4]);
-    while let Some(child) = xml.child()? {
-        match child.name.as_str() {
-            "name" => row.label = Some(xml.text()?),
-            "truncated" => row.truncated = xml.text()? == "1",
-            "occluded" => row.occluded = xml.text()? == "1",
-            "bndbox" => {
-                let names = ["xmin", "ymin", "xmax", "ymax"];
-                xml.texts(&names, |side, text| {
-                    let wrong = |_| format!("{} is {text:?}, not a number", names[side]);
-                    sides[side] = Some(text.parse::<f64>().map_err(wrong)?);
-                    Ok(())
-                })?;
-            }
-            _ => drop(xml.text()?),
-        }
-    }
+fn object(object: &Element<'_>) -> Outcome<Row> {
+    let [label, truncated, occluded] = object.texts(["name", "truncated", "occluded"]);
+    let names = ["xmin", "ymin", "xmax", "ymax"];
+    let bounds = object.children.iter().rfind(|child| child.name() == "bndbox");
+    let sides = bounds.map_or([None; 4], |bounds| bounds.texts(names));
     let [Some(left), Some(top), Some(right), Some(bottom)] = sides else {
         return Err("an object has no bndbox with xmin, ymin, xmax and ymax".to_owned());
     };
+    let number = |name: &str, text: &str| {
+        text.parse::<f64>().map_err(|_| format!("{name} is {text:?}, not a number"))
+    };
+    let (left, top) = (number("xmin", left)?, number("ymin", top)?);
+    let (right, bottom) = (number("xmax", right)?, number("ymax", bottom)?);
     let (w, h) = (right - left + 1.0, bottom - top + 1.0);
-    Ok(Row { bbox: Some(BoundingBox { x: left - 1.0, y: top - 1.0, w, h }), ..row })
+    Ok(Row {
+        label: label.map(ToOwned::to_owned),
+        bbox: Some(BoundingBox { x: left - 1.0, y: top - 1.0, w, h }),
+        truncated: truncated == Some("1"),
+        occluded: occluded == Some("1"),
+        ..Row::default()
+    })
 }

@@ -1,4 +1,7 @@
-//! Reads XML one element after another, in a time and memory that follow its length.
+//! Reads XML as trees, one part of the outermost element at a time, in a time and memory that follow
+//! its length.
+
+use std::borrow::Cow;
 
 use quick_xml::escape::resolve_xml_entity;
 use quick_xml::events::{BytesStart, Event};
@@ -6,23 +9,61 @@ use quick_xml::{Reader, XmlVersion};
 
 use super::Outcome;
 
-/// Most attributes of an element that is looked at, and most bytes of the value of one.
+/// Most attributes of an element, and most bytes of the value of one.
 const MOST: (usize, usize) = (100, 1000);
+/// Most elements that are open at once. A tree is dropped by functions that call themselves.
+const DEPTH: usize = 100;
+/// Most elements of a part.
+const ELEMENTS: usize = 5_000_000;
 
-/// An element that begins.
-pub struct Element {
-    /// Its name, without a namespace.
-    pub name: String,
-    attributes: Vec<(String, String)>,
-    /// Where it begins, in bytes.
-    at: usize,
+/// An element with all that is in it.
+pub struct Element<'a> {
+    start: BytesStart<'a>,
+    /// The text directly within it, without spaces around it.
+    pub text: String,
+    /// The elements directly within it.
+    pub children: Vec<Element<'a>>,
+    /// The line in which it begins, from 1.
+    line: usize,
 }
 
-impl Element {
+impl Element<'_> {
+    /// Its name, without a namespace.
+    pub fn name(&self) -> &str {
+        self.start.local_name().into_inner()
+    }
+
     /// The value of an attribute.
-    pub fn attribute(&self, name: &str) -> Option<&str> {
-        let found = self.attributes.iter().find(|(known, _)| known == name);
-        found.map(|(_, value)| value.as_str())
+    pub fn attribute(&self, name: &str) -> Option<Cow<'_, str>> {
+        let mut attributes = self.start.attributes();
+        attributes.with_checks(false);
+        let found = attributes.flatten().find(|it| it.key.as_ref() == name)?;
+        found.normalized_value(XmlVersion::Implicit1_0).ok()
+    }
+
+    /// The texts of the last element of each of these names directly within it.
+    pub fn texts<const N: usize>(&self, names: [&str; N]) -> [Option<&str>; N] {
+        names.map(|name| {
+            let last = self.children.iter().rfind(|child| child.name() == name);
+            last.map(|child| child.text.as_str())
+        })
+    }
+
+    /// The elements of this name within it, but none within one of them.
+    pub fn find(&self, name: &str) -> Vec<&Self> {
+        let mut found = Vec::new();
+        for child in &self.children {
+            match child.name() == name {
+                true => found.push(child),
+                false => found.extend(child.find(name)),
+            }
+        }
+        found
+    }
+
+    /// The reason of an error, with the line in which the element begins.
+    pub fn in_line(&self, reason: impl std::fmt::Display) -> String {
+        format!("line {}: {reason}", self.line)
     }
 }
 
@@ -34,119 +75,78 @@ pub struct Xml<'a> {
     depth: usize,
     /// Whether the outermost element has begun.
     begun: bool,
+    /// How many elements the part has.
+    elements: usize,
+    /// Where the last element begins, in bytes, and in which line.
+    last: (usize, usize),
 }
 
 /// What comes next.
 enum XmlToken<'a> {
-    Begin(BytesStart<'a>, usize),
-    End,
+    Begin(Element<'a>),
     Text(String),
-    /// The end of the text.
-    Nothing,
+    /// The end of an element, or of the text.
+    End,
 }
 
 impl<'a> Xml<'a> {
-    /// The beginning of a text.
-    pub fn new(text: &'a str) -> Self {
+    /// A text up to the beginning of the outermost element, which must have this name.
+    pub fn new(text: &'a str, name: &str) -> Outcome<Self> {
         let mut reader = Reader::from_str(text);
         reader.config_mut().expand_empty_elements = true;
-        Self { text, reader, depth: 0, begun: false }
+        let mut xml = Self { text, reader, depth: 0, begun: false, elements: 0, last: (0, 1) };
+        let root = loop {
+            match xml.next()? {
+                XmlToken::Begin(root) => break root,
+                XmlToken::Text(_) => {}
+                XmlToken::End => return Err(xml.wrong("it has no element")),
+            }
+        };
+        ensure!(root.name() == name, "the file begins with <{}>, not <{name}>", root.name());
+        Ok(xml)
     }
 
-    /// The outermost element.
-    pub fn root(&mut self) -> Outcome<Element> {
-        match self.child()? {
-            Some(root) => Ok(root),
-            None => Err(self.wrong("it has no element")),
-        }
-    }
-
-    /// The next element within the open one, without the text before it; `None` if the open one
-    /// ends. The element is open then: it has to be read to its end.
-    pub fn child(&mut self) -> Outcome<Option<Element>> {
+    /// The next element directly within the outermost one; `None` at its end, and after that at the
+    /// end of the text.
+    pub fn part(&mut self) -> Outcome<Option<Element<'a>>> {
+        self.elements = 0;
         loop {
             match self.next()? {
-                XmlToken::Begin(start, at) => return self.element(&start, at).map(Some),
-                XmlToken::End | XmlToken::Nothing => return Ok(None),
+                XmlToken::Begin(part) => return self.whole(part).map(Some),
                 XmlToken::Text(_) => {}
+                XmlToken::End => return Ok(None),
             }
         }
     }
 
-    /// The text directly within the open element, which is read to its end.
-    pub fn text(&mut self) -> Outcome<String> {
-        let (outer, mut text) = (self.depth, String::new());
-        while self.depth >= outer {
+    /// An element that has begun, read to its end.
+    fn whole(&mut self, mut element: Element<'a>) -> Outcome<Element<'a>> {
+        self.elements += 1;
+        if self.depth > DEPTH || self.elements > ELEMENTS {
+            let most = format!("{DEPTH} elements within each other, or {ELEMENTS} in one");
+            return Err(element.in_line(format!("there are more than {most}")));
+        }
+        loop {
             match self.next()? {
-                XmlToken::Text(more) if self.depth == outer => text += &more,
-                _ => {}
+                XmlToken::Begin(child) => element.children.push(self.whole(child)?),
+                XmlToken::Text(more) => element.text += &more,
+                XmlToken::End => break,
             }
         }
-        Ok(text.trim().to_owned())
-    }
-
-    /// Reads the open element to its end. The texts of elements directly within it that have one of
-    /// these names are taken, with the place of the name.
-    pub fn texts(
-        &mut self,
-        names: &[&str],
-        mut take: impl FnMut(usize, String) -> Outcome,
-    ) -> Outcome {
-        while let Some(child) = self.child()? {
-            let place = names.iter().position(|name| *name == child.name);
-            let text = self.text()?;
-            if let Some(place) = place {
-                take(place, text)?;
-            }
-        }
-        Ok(())
-    }
-
-    /// Reads on to the end of the outermost of this many open elements, or to the beginning of the
-    /// next element in it with one of these names, which is returned.
-    pub fn find(&mut self, depth: usize, names: &[&'static str]) -> Outcome<Option<&'static str>> {
-        while self.depth >= depth {
-            if let XmlToken::Begin(start, _) = self.next()?
-                && let Some(name) = names.iter().find(|name| **name == start.local_name().as_ref())
-            {
-                return Ok(Some(name));
-            }
-        }
-        Ok(None)
-    }
-
-    /// Reads on to the end of the outermost of this many open elements.
-    pub fn close_to(&mut self, depth: usize) -> Outcome {
-        while self.depth > depth {
-            self.next()?;
-        }
-        Ok(())
-    }
-
-    /// How many elements are open.
-    pub fn depth(&self) -> usize {
-        self.depth
-    }
-
-    /// The line in which an element begins. It counts the lines before it, so it is asked only for
-    /// errors.
-    fn line_of(&self, element: &Element) -> usize {
-        self.line_at(element.at)
-    }
-
-    /// The reason of an error, with the line in which an element begins.
-    pub fn in_line(&self, element: &Element, reason: String) -> String {
-        format!("line {}: {reason}", self.line_of(element))
-    }
-
-    fn line_at(&self, at: usize) -> usize {
-        1 + self.text.bytes().take(at).filter(|byte| *byte == b'\n').count()
+        element.text = element.text.trim().to_owned();
+        Ok(element)
     }
 
     /// The error for a text that is not XML from here on.
     fn wrong(&self, reason: impl std::fmt::Display) -> String {
         let line = self.line_at(self.reader.buffer_position() as usize);
         format!("the file is not XML: line {line}: {reason}")
+    }
+
+    /// The line of a place that is not before the last element.
+    fn line_at(&self, at: usize) -> usize {
+        let (before, line) = self.last;
+        line + self.text.bytes().take(at).skip(before).filter(|byte| *byte == b'\n').count()
     }
 
     fn next(&mut self) -> Outcome<XmlToken<'a>> {
@@ -159,14 +159,14 @@ impl<'a> Xml<'a> {
                 }
                 Event::Start(start) => {
                     (self.depth, self.begun) = (self.depth + 1, true);
-                    return Ok(XmlToken::Begin(start, at));
+                    return self.element(start, at).map(XmlToken::Begin);
                 }
                 Event::End(_) => {
                     self.depth -= 1;
                     return Ok(XmlToken::End);
                 }
                 Event::Eof if self.depth > 0 => return Err(self.wrong("an element has no end")),
-                Event::Eof => return Ok(XmlToken::Nothing),
+                Event::Eof => return Ok(XmlToken::End),
                 Event::Text(text) => text.xml10_content().into_owned(),
                 Event::CData(text) => text.xml10_content().into_owned(),
                 Event::GeneralRef(name) => match name.resolve_char_ref() {
@@ -188,24 +188,22 @@ impl<'a> Xml<'a> {
         }
     }
 
-    fn element(&self, start: &BytesStart<'_>, at: usize) -> Outcome<Element> {
-        let mut attributes = Vec::new();
-        for attribute in start.attributes() {
+    /// An element that begins, whose attributes can be read.
+    fn element(&mut self, start: BytesStart<'a>, at: usize) -> Outcome<Element<'a>> {
+        let line = self.line_at(at);
+        for (k, attribute) in start.attributes().enumerate() {
             let attribute = attribute.map_err(|error| self.wrong(error))?;
-            let key = attribute.key.as_ref().to_owned();
-            let bytes = attribute.value.len();
-            if attributes.len() == MOST.0 || bytes > MOST.1 {
-                let line = self.line_at(at);
+            if k == MOST.0 || attribute.value.len() > MOST.1 {
                 return Err(format!(
                     "line {line}: an element has more than {} attributes, or one of more than {} bytes",
                     MOST.0, MOST.1
                 ));
             }
             let value = attribute.normalized_value(XmlVersion::Implicit1_0);
-            attributes.push((key, value.map_err(|error| self.wrong(error))?.into_owned()));
+            value.map_err(|error| self.wrong(error))?;
         }
-        let name = start.local_name().as_ref().to_owned();
-        Ok(Element { name, attributes, at })
+        self.last = (at, line);
+        Ok(Element { start, text: String::new(), children: Vec::new(), line })
     }
 }
 
@@ -217,32 +215,32 @@ mod tests {
     fn elements_and_texts_come_in_order() {
         let text = "<?xml version=\"1.0\"?>\n<!-- a --><a>x<b c='1 &lt; 2' n:d=\"\"/>\n<b> y &amp;\
                     <c>no</c> &#65;<![CDATA[<&]]> </b></a>\n";
-        let mut xml = Xml::new(text);
-        assert_eq!(xml.root().unwrap().name, "a");
-        let first = xml.child().unwrap().unwrap();
-        assert_eq!((first.attribute("c"), first.attribute("d")), (Some("1 < 2"), None));
-        assert_eq!(xml.line_of(&first), 2);
-        assert_eq!(xml.text().unwrap(), "");
-        let second = xml.child().unwrap().unwrap();
-        assert_eq!((second.name.as_str(), xml.line_of(&second)), ("b", 3));
-        assert_eq!(xml.text().unwrap(), "y & A<&");
-        assert!(xml.child().unwrap().is_none() && xml.child().unwrap().is_none());
+        let mut xml = Xml::new(text, "a").unwrap();
+        let first = xml.part().unwrap().unwrap();
+        assert_eq!((first.attribute("c").as_deref(), first.attribute("d")), (Some("1 < 2"), None));
+        assert_eq!((first.line, first.text.as_str()), (2, ""));
+        let second = xml.part().unwrap().unwrap();
+        assert_eq!((second.name(), second.line), ("b", 3));
+        assert_eq!(second.text, "y & A<&");
+        assert_eq!(second.texts(["b", "c"]), [None, Some("no")]);
+        assert_eq!(second.find("c")[0].text, "no");
+        assert!(xml.part().unwrap().is_none() && xml.part().unwrap().is_none());
     }
 
     #[test]
     fn what_is_no_xml_is_refused_with_its_line() {
         let said = |text: &str| {
-            let mut xml = Xml::new(text);
-            let mut read = || -> Outcome {
-                xml.root()?;
-                xml.close_to(0)?;
-                xml.child().map(|_| ())
+            let read = || -> Outcome {
+                let mut xml = Xml::new(text, "a")?;
+                while xml.part()?.is_some() {}
+                xml.part().map(|_| ())
             };
             read().unwrap_err()
         };
         for (text, words) in [
             ("", "line 1: it has no element"),
             ("words", "there is text outside of the elements"),
+            ("<b/>", "the file begins with <b>, not <a>"),
             ("<a>", "an element has no end"),
             ("<a>\n<b></a>", "line 2: "),
             ("<a/><b/>", "a second outermost element begins"),
@@ -258,5 +256,10 @@ mod tests {
         assert!(said(&format!("<a{many}/>")).contains("more than 100 attributes"));
         let long = "x".repeat(1001);
         assert!(said(&format!("<a b='{long}'/>")).contains("more than 1000 bytes"));
+        let deep = said(&"<a>\n".repeat(1_000_000));
+        assert_eq!(
+            deep,
+            "line 101: there are more than 100 elements within each other, or 5000000 in one"
+        );
     }
 }

@@ -133,12 +133,11 @@ function exportOptions() {
         ),
     );
     const query = (/** @type {ExportFormat} */ format) => {
-        const { name } = format;
-        const asked = new URLSearchParams({ format: name, frames: String(frames.checked) });
-        // A table has all that is known, and tools with key frames have all frames.
-        if (name !== 'csv' && status.value) asked.set('status', status.value);
-        if (name !== 'csv' && score.value) asked.set('min_score', score.value);
-        if (name !== 'csv' && !format.key_frames && every.value) asked.set('every', every.value);
+        const asked = new URLSearchParams({ format: format.name, frames: String(frames.checked) });
+        if (status.value) asked.set('status', status.value);
+        if (score.value) asked.set('min_score', score.value);
+        // Tools with key frames have all frames.
+        if (!format.key_frames && every.value) asked.set('every', every.value);
         if (format.key_frames && keys.value) asked.set('key_frames', keys.value);
         return asked;
     };

@@ -15,7 +15,7 @@ use axum::response::{IntoResponse as _, Response};
 use futures_util::stream;
 use patchlock::Status;
 use patchlock_media::Limits;
-use patchlock_track::export::{ExportSummary, KeyFrames, Selection};
+use patchlock_track::export::{ExportSummary, Format, KeyFrames, Options, Selection};
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
 use tempfile::{NamedTempFile, TempPath};
@@ -240,18 +240,16 @@ fn add(
 
 /// `GET /api/formats`: the formats of exports and of imports.
 pub async fn formats() -> Json<Value> {
-    let export = |format: export::Format| {
-        let (title, content) = format.in_words();
-        let has_key_frames = matches!(format, export::Format::Other(it) if it.has_key_frames);
+    let export = |format: Format| {
         json!({
-            "name": format.name(),
-            "title": title,
-            "content": content,
+            "name": format.name,
+            "title": format.title,
+            "content": format.content,
             "folder": !format.is_file(),
-            "key_frames": has_key_frames,
+            "key_frames": format.has_key_frames,
         })
     };
-    let exports: Vec<Value> = export::Format::all().map(export).collect();
+    let exports: Vec<Value> = Format::all(true).map(export).collect();
     let import = |format: import::Format| json!({ "name": format.name(), "title": format.title(), "files": format.has_files() });
     Json(json!({ "exports": exports, "imports": import::Format::ALL.map(import) }))
 }
@@ -289,14 +287,13 @@ fn first() -> usize {
 }
 
 impl ExportQuery {
-    fn options(&self, name: String, limits: Limits) -> Result<export::Options, Refusal> {
-        let format = export::Format::named(&self.format)?;
+    fn options(&self, name: String, limits: Limits) -> Result<Options, Refusal> {
+        let format = Format::named(&self.format, true)?;
         let status = Some(&self.status).filter(|status| !status.trim().is_empty());
         let status = status.map(|status| Selection::statuses(status)).transpose();
         let selection = Selection { status: status?, min_score: self.min_score, every: self.every };
         let key_frames = KeyFrames::of(self.key_frames)?;
-        let frames = self.frames;
-        Ok(export::Options { format, name, frames, selection, key_frames, limits })
+        Ok(Options { selection, key_frames, limits, ..Options::new(format, name) })
     }
 }
 
@@ -309,9 +306,12 @@ pub async fn export_boxes(
     ClipRequest { app, clip }: ClipRequest,
 ) -> Result<Response, Refusal> {
     let options = query.options(stem(&clip.name), app.options.limits)?;
-    let write = move |options: &export::Options, out: &Path| {
+    let video = &clip.engine.video;
+    let images = export::reads(&options.format, query.frames, video).then(|| video.clone());
+    let options = Options { images, ..options };
+    let write = move |options: &Options, out: &Path| {
         let project = clip.hold().store.project().clone();
-        Ok(export::write(&project, &clip.engine.video, options, out, false)?)
+        Ok(export::write(&project, options, out, false)?)
     };
     let ending = options.format.ending().unwrap_or("zip");
     exported(options, ending, write).await
@@ -324,9 +324,9 @@ pub async fn export_all(
 ) -> Result<Response, Refusal> {
     let options = query.options("clips".to_owned(), app.options.limits)?;
     let val = export::Val::named(&query.val);
-    let write = move |options: &export::Options, out: &Path| {
+    let write = move |options: &Options, out: &Path| {
         let labels = app.clips.labels()?;
-        let clips = of_all(&app.clips)?;
+        let clips = of_all(&app.clips, query.frames)?;
         let all = export::write_all(&clips, &labels, options, val.as_ref(), out, &|| false)?;
         Ok(all.written)
     };
@@ -336,11 +336,11 @@ pub async fn export_all(
 /// What is written, a file or a folder, as one file with this ending. A header has what the export has
 /// left out, and what is doubtful.
 async fn exported(
-    options: export::Options,
+    options: Options,
     ending: &'static str,
-    write: impl FnOnce(&export::Options, &Path) -> Result<ExportSummary, Refusal> + Send + 'static,
+    write: impl FnOnce(&Options, &Path) -> Result<ExportSummary, Refusal> + Send + 'static,
 ) -> Result<Response, Refusal> {
-    let name = format!("{}.{}.{ending}", options.name, options.format.name());
+    let name = format!("{}.{}.{ending}", options.name, options.format.name);
     let written = aside(move || {
         let cannot = |error: io::Error| cannot_keep(&std::env::temp_dir(), &error);
         let folder = tempfile::tempdir().map_err(cannot)?;
@@ -364,9 +364,9 @@ async fn exported(
     Ok(answer)
 }
 
-/// All clips of the page, under names that differ. One that cannot be opened is an error: a data
-/// set without it would look complete.
-fn of_all(clips: &Clips) -> Result<Vec<export::FolderClip>, Refusal> {
+/// All clips of the page, under names that differ, with the frames or with boxes only. One that
+/// cannot be opened is an error: a data set without it would look complete.
+fn of_all(clips: &Clips, frames: bool) -> Result<Vec<export::FolderClip>, Refusal> {
     let mut names = BTreeSet::new();
     let mut all = Vec::new();
     for clip in clips.all() {
@@ -375,7 +375,7 @@ fn of_all(clips: &Clips) -> Result<Vec<export::FolderClip>, Refusal> {
         let mut tries = (1..).map(|k| if k == 1 { stem.clone() } else { format!("{stem}-{k}") });
         let name = tries.find(|name| names.insert(name.clone())).unwrap_or_default();
         let project = opened.hold().store.project().clone();
-        let video = Some(opened.engine.video.clone());
+        let video = frames.then(|| opened.engine.video.clone());
         all.push(export::FolderClip { name, project, video });
     }
     Ok(all)

@@ -3,15 +3,15 @@
 use std::fs;
 
 use patchlock_media::Limits;
-use patchlock_studio::export::{Format, Options, write};
+use patchlock_studio::export::write;
 use patchlock_studio::import;
 use patchlock_studio::project::{
     Attribute, Edit, Error, Label, Project, SharedLabels, Store, limits,
 };
-use patchlock_track::export::KeyFrames;
+use patchlock_track::export::{KeyFrames, Options};
 use serde_json::{Value, json};
 
-use crate::support::{FRAMES, TestFolder, add, bbox};
+use crate::support::{FRAMES, TestFolder, add, bbox, format_named, options};
 
 fn attribute(text: Value) -> Attribute {
     serde_json::from_value(text).unwrap()
@@ -278,11 +278,9 @@ fn a_file_with_wrong_attributes_says_what_is_wrong() {
 
 fn exported(place: &TestFolder, project: &Project, name: &str, key_frames: usize) -> String {
     let out = place.folder().join(format!("out.{name}"));
-    let options = Options {
-        key_frames: KeyFrames::Every(key_frames),
-        ..Options::new(Format::named(name).unwrap(), "clip")
-    };
-    write(project, &place.video(), &options, &out, true).unwrap();
+    let options = options(format_named(name), &place.video(), false);
+    let options = Options { key_frames: KeyFrames::Every(key_frames), ..options };
+    write(project, &options, &out, true).unwrap();
     fs::read_to_string(&out).unwrap()
 }
 

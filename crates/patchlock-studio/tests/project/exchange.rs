@@ -4,17 +4,12 @@ use std::fs;
 
 use patchlock::{BoundingBox, Status};
 use patchlock_media::Limits;
-use patchlock_studio::export::{Format, Options, write};
+use patchlock_studio::export::write;
 use patchlock_studio::import;
 use patchlock_studio::project::{Edit, Key, Outline, Project, Store, Target, TrackedBox};
-use patchlock_track::export::{self, Selection};
+use patchlock_track::export::{self, Format, Selection};
 
-use crate::support::{FRAMES, TestFolder, add, bbox};
-
-/// The export format of this name.
-fn format_named(name: &str) -> export::Format {
-    export::Format::named(name).unwrap()
-}
+use crate::support::{FRAMES, TestFolder, add, bbox, format_named, options};
 
 /// Two targets: keys, tracked boxes, a lost one, hidden stretches, labels and attributes.
 pub fn filled(place: &TestFolder) -> Store {
@@ -62,16 +57,16 @@ pub fn filled(place: &TestFolder) -> Store {
 }
 
 fn exported(place: &TestFolder, project: &Project, format: Format) -> Vec<u8> {
-    let out = place.folder().join(format!("out-{}", format.name()));
-    let mut options = Options { frames: true, ..Options::new(format, "clip") };
-    if format.name() == "coco" {
+    let out = place.folder().join(format!("out-{}", format.name));
+    let mut options = options(format, &place.video(), true);
+    if format.name == "coco" {
         // By default, it has what a detector is to learn.
         options.selection.status = Some(Selection::statuses("tracked,uncertain,lost").unwrap());
     }
-    write(project, &place.video(), &options, &out, false).unwrap();
-    let again = write(project, &place.video(), &options, &out, false).unwrap_err();
+    write(project, &options, &out, false).unwrap();
+    let again = write(project, &options, &out, false).unwrap_err();
     assert!(again.to_string().contains("exists already") && again.is_misuse(), "{again}");
-    write(project, &place.video(), &options, &out, true).unwrap();
+    write(project, &options, &out, true).unwrap();
     fs::read(&out).unwrap()
 }
 
@@ -99,7 +94,7 @@ fn what_is_exported_can_be_imported() {
     let before = &store.project().targets;
     let with_tracks = import::Format::ALL.into_iter().filter(|format| !format.has_files());
     for format in with_tracks {
-        let same_name = Format::named(format.name()).unwrap();
+        let same_name = format_named(format.name());
         let text = exported(&place, store.project(), same_name);
         let targets = imported(format, &text, &store);
         assert_eq!(targets.len(), 2, "{format:?}");
@@ -142,9 +137,7 @@ fn what_is_exported_can_be_imported() {
 fn tools_that_interpolate_know_where_a_target_and_the_clip_end() {
     let place = TestFolder::new();
     let store = filled(&place);
-    let text = |format| {
-        String::from_utf8(exported(&place, store.project(), Format::Other(format))).unwrap()
-    };
+    let text = |format| String::from_utf8(exported(&place, store.project(), format)).unwrap();
     let cvat = text(format_named("cvat"));
     assert!(cvat.contains(&format!("<size>{FRAMES}</size>")), "{cvat}");
     let outside: Vec<&str> =
@@ -175,7 +168,7 @@ fn a_label_is_no_formula_in_a_table_and_comes_back() {
         };
         let name = Edit::AddLabel { name: label.into(), colour: None, at: None };
         store.apply(vec![name, add]).unwrap();
-        let text = exported(&place, store.project(), Format::Csv);
+        let text = exported(&place, store.project(), format_named("csv"));
         let mut table = csv::Reader::from_reader(text.as_slice());
         let cell = table.records().next().unwrap().unwrap()[2].to_owned();
         let is_formula = cell.starts_with(['=', '+', '-', '@']) && cell.parse::<f64>().is_err();
@@ -194,11 +187,11 @@ fn every_format_has_the_labels() {
     let (target, frame, occluded, truncated) = (1, 0, false, false);
     let outlined = Edit::SetKey { target, frame, bbox, outline, occluded, truncated };
     store.apply(vec![outlined]).unwrap();
-    let all = Format::all().filter(|format| !format.is_file());
+    let all = Format::all(true).filter(|format| !format.is_file());
     for format in all {
-        let out = place.folder().join(format.name());
-        let options = Options { frames: true, ..Options::new(format, "clip") };
-        let slash = write(store.project(), &place.video(), &options, &out, false);
+        let out = place.folder().join(format.name);
+        let options = options(format, &place.video(), true);
+        let slash = write(store.project(), &options, &out, false);
         assert!(slash.is_ok(), "{slash:?}");
         fs::remove_dir_all(&out).unwrap();
     }
@@ -208,18 +201,17 @@ fn every_format_has_the_labels() {
         colour: None,
     };
     store.apply(vec![rename("<car> & \"co\"", "car"), rename("target", "a/b")]).unwrap();
-    let lasot = Format::Other(format_named("lasot"));
-    let options = Options::new(lasot, "clip");
+    let lasot = options(format_named("lasot"), &place.video(), false);
     let out = place.folder().join("lasot");
-    let error = write(store.project(), &place.video(), &options, &out, false).unwrap_err();
+    let error = write(store.project(), &lasot, &out, false).unwrap_err();
     assert!(error.to_string().contains("the label is \"a/b\""), "{error}");
     store.apply(vec![rename("a/b", "person")]).unwrap();
-    write(store.project(), &place.video(), &options, &out, false).unwrap();
+    write(store.project(), &lasot, &out, false).unwrap();
     assert!(out.join("person/person-1/groundtruth.txt").exists() && out.join("car/car-2").exists());
 
-    let yolo = Options { format: Format::Other(format_named("yolo")), ..options.clone() };
+    let yolo = options(format_named("yolo"), &place.video(), false);
     let out = place.folder().join("yolo");
-    write(store.project(), &place.video(), &yolo, &out, false).unwrap();
+    write(store.project(), &yolo, &out, false).unwrap();
     let yaml = fs::read_to_string(out.join("data.yaml")).unwrap();
     assert!(yaml.contains("nc: 2\nnames:\n  0: \"person\"\n  1: \"car\"\n"), "{yaml}");
     let lines = |frame: usize| fs::read_to_string(out.join(format!("labels/train/{frame:04}.txt")));
@@ -232,9 +224,9 @@ fn every_format_has_the_labels() {
     let hidden = named(7).unwrap();
     assert!(hidden.starts_with("1 ") && hidden.lines().count() == 1, "{hidden}");
 
-    let voc = Options { format: Format::Other(format_named("voc")), ..options };
+    let voc = options(format_named("voc"), &place.video(), false);
     let out = place.folder().join("voc");
-    write(store.project(), &place.video(), &voc, &out, false).unwrap();
+    write(store.project(), &voc, &out, false).unwrap();
     let xml = |frame: usize| {
         fs::read_to_string(out.join(format!("Annotations/frame_{frame:06}.xml"))).unwrap()
     };
@@ -247,14 +239,14 @@ fn every_format_has_the_labels() {
 fn a_project_without_boxes_is_not_exported() {
     let place = TestFolder::new();
     let store = place.store();
-    for format in Format::all() {
-        let options = Options::new(format, "clip");
+    for format in Format::all(true) {
+        let options = options(format, &place.video(), false);
         let out = place.folder().join("out");
-        let error = write(store.project(), &place.video(), &options, &out, false).unwrap_err();
+        let error = write(store.project(), &options, &out, false).unwrap_err();
         assert!(error.to_string().contains("no boxes"), "{error}");
         assert!(!out.exists());
     }
-    let error = Format::named("xls").unwrap_err().to_string();
+    let error = Format::named("xls", true).unwrap_err().to_string();
     assert!(error.contains("csv, mot, kitti, coco, cvat, yolo"), "{error}");
 }
 
@@ -450,10 +442,10 @@ fn a_project_that_hides_a_target_in_millions_of_frames_is_not_exported() {
     let place = TestFolder::new();
     let mut store = place.store_of(100_000_000);
     store.apply(vec![add(0), Edit::Hide { target: 1, from: 1, to: 99_999_999 }]).unwrap();
-    for format in Format::all() {
-        let options = Options::new(format, "clip");
+    for format in Format::all(true) {
+        let options = options(format, &place.video(), false);
         let out = place.folder().join("out");
-        let error = write(store.project(), &place.video(), &options, &out, false).unwrap_err();
+        let error = write(store.project(), &options, &out, false).unwrap_err();
         let expected = "1 boxes, and 99999999 frames in which a target is not visible";
         assert!(error.to_string().contains(expected), "{error}");
         assert!(!out.exists());
@@ -526,16 +518,15 @@ fn rotated_boxes_of_cvat_are_read_with_the_upright_boxes_around_them() {
             frame,
             id: 1,
             bbox: Some(bbox(22.0, 17.0, 16.0, 6.0)),
-            score: None,
             corners: Some(corners),
             status: Some(Status::Tracked),
-            manual: None,
+            ..export::Entry::default()
         }
     };
     let entries: Vec<export::Entry> = (0..FRAMES).map(entry).collect();
     let track = export::Track::new(entries.clone()).unwrap().in_clip(FRAMES).sized(64, 48);
     let out = place.folder().join("rotated.xml");
-    let options = export::Options::new(format_named("cvat-obb"), "clip");
+    let options = export::Options::new(Format::named("cvat-obb", false).unwrap(), "clip");
     export::write(&track, &options, &out, false).unwrap();
     let targets = imported(import::Format::Cvat, &fs::read(&out).unwrap(), &store);
     for entry in entries {

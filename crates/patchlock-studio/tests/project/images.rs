@@ -2,12 +2,12 @@
 
 use std::fs;
 
-use patchlock_studio::export::{Format, Options, write};
+use patchlock_studio::export::write;
 use patchlock_studio::import;
 use patchlock_studio::project::Target;
 
 use crate::exchange::filled;
-use crate::support::{FRAMES, TestFolder, bbox};
+use crate::support::{FRAMES, TestFolder, bbox, format_named, options};
 
 /// The text of a COCO file with a box in each of these images; the width of the box is the place of
 /// the image, from 1.
@@ -226,9 +226,8 @@ fn data_sets_of_detectors_are_read_back() {
     assert_eq!(images[3], "0003.bmp");
     for name in ["yolo", "voc"] {
         let out = place.folder().join(name);
-        let options =
-            Options { frames: true, ..Options::new(Format::named(name).unwrap(), "clip") };
-        let written = write(store.project(), &place.video(), &options, &out, false).unwrap();
+        let options = options(format_named(name), &place.video(), true);
+        let written = write(store.project(), &options, &out, false).unwrap();
         let files: Vec<import::File> = files_below(&out);
         let format = import::Format::named(name).unwrap();
         let imported = import::read_files(format, &files, store.project(), &images).unwrap();

@@ -4,11 +4,12 @@ use std::fs;
 
 use patchlock::{BoundingBox, Status};
 use patchlock_media::Limits;
-use patchlock_studio::export::{self, Options};
+use patchlock_studio::export;
 use patchlock_studio::import;
 use patchlock_studio::project::{Edit, Outline, Store, Target, TrackedBox};
+use patchlock_track::export::Format;
 
-use crate::support::{TestFolder, add, bbox};
+use crate::support::{TestFolder, add, bbox, format_named, options};
 
 /// A box of 20 x 8 pixels that is turned by 30 degrees.
 const TURNED: BoundingBox = BoundingBox { x: 10.0, y: 12.0, w: 20.0, h: 8.0 };
@@ -73,10 +74,9 @@ fn target(store: &Store, id: u64) -> &Target {
 
 /// Writes a project in a format; returns the text of the file, or of a file in the folder.
 fn exported(place: &TestFolder, store: &Store, format: &str, file: &str) -> String {
-    let format = export::Format::named(format).unwrap();
-    let out = place.folder().join(format!("out-{}", format.name()));
-    let options = Options::new(format, "clip");
-    export::write(store.project(), &place.video(), &options, &out, false).unwrap();
+    let out = place.folder().join(format!("out-{format}"));
+    let options = options(format_named(format), &place.video(), false);
+    export::write(store.project(), &options, &out, false).unwrap();
     fs::read_to_string(if file.is_empty() { out } else { out.join(file) }).unwrap()
 }
 
@@ -228,12 +228,12 @@ fn yolo_gets_the_corners_of_rotated_boxes_and_gives_them_back() {
     let place = TestFolder::new();
     let mut upright = place.store();
     upright.apply(vec![add(0)]).unwrap();
-    let options = Options::new(export::Format::named("yolo-obb").unwrap(), "clip");
+    let options = options(format_named("yolo-obb"), &place.video(), false);
     let out = place.folder().join("none");
-    let error = export::write(upright.project(), &place.video(), &options, &out, false);
+    let error = export::write(upright.project(), &options, &out, false);
     let error = error.unwrap_err().to_string();
     assert!(error.contains("no box has an outline, which yolo-obb is for"), "{error}");
-    let error = export::Format::named("cvat-obb").unwrap_err().to_string();
+    let error = Format::named("cvat-obb", true).unwrap_err().to_string();
     assert!(error.contains("there is no format \"cvat-obb\"; the formats are csv, mot"), "{error}");
 }
 

@@ -5,18 +5,13 @@ use std::fs;
 use std::path::Path;
 
 use patchlock_media::Limits;
-use patchlock_studio::export::{self, CombinedExport, Format, Options, Val, of_folder, write_all};
+use patchlock_studio::export::{self, CombinedExport, Val, of_folder, write_all};
 use patchlock_studio::import;
 use patchlock_studio::project::{Attribute, Edit, Error, Kind, LABELS_FILE, SharedLabels, Store};
-use patchlock_track::export as formats;
+use patchlock_track::export::{Format, Options, Part, split};
 use serde_json::Value;
 
-use crate::support::{bbox, write_images};
-
-/// The export format of this name.
-fn format_named(name: &str) -> formats::Format {
-    formats::Format::named(name).unwrap()
-}
+use crate::support::{bbox, format_named, write_images};
 
 /// A folder with clips, each with a target of these labels in frames 0 and 1.
 fn clips(all: &[(&str, &[&str])]) -> tempfile::TempDir {
@@ -59,12 +54,12 @@ fn names(labels: &[patchlock_studio::project::Label]) -> Vec<&str> {
 
 fn exported(
     folder: &Path,
-    format: formats::Format,
+    format: Format,
     val: Option<&Val>,
 ) -> (tempfile::TempDir, CombinedExport) {
     let (clips, labels) = of_folder(folder).unwrap();
     let out = tempfile::tempdir().unwrap();
-    let options = Options { frames: true, ..Options::new(Format::Other(format), "set") };
+    let options = Options::new(format, "set");
     let written = write_all(&clips, &labels, &options, val, &out.path().join("set"), &|| false);
     (out, written.unwrap())
 }
@@ -205,7 +200,7 @@ fn classes_agree_in_all_formats_and_clips() {
 fn every_format_writes_all_clips_in_two_parts() {
     let folder = clips(&[("a", &["car"]), ("b", &["car"]), ("c", &["car"])]);
     let val = Val::Clips(vec!["b.mp4".into()]);
-    let expected: [(formats::Format, &[&str]); 8] = [
+    let expected: [(Format, &[&str]); 8] = [
         (format_named("mot"), &["train/a.txt", "val/b.txt"]),
         (format_named("coco"), &["annotations/instances_val.json", "images/val/b_0000.bmp"]),
         (format_named("cvat"), &["train/c.xml", "val/b.xml"]),
@@ -290,11 +285,11 @@ fn a_share_of_clips_is_the_same_each_time_and_in_any_order() {
     let names: Vec<String> = (0..20).map(|k| format!("clip{k}")).collect();
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     let chosen = |names: &[&str], share| {
-        let parts = formats::split(names, share).unwrap();
+        let parts = split(names, share).unwrap();
         let mut chosen: Vec<String> = names
             .iter()
             .zip(parts)
-            .filter(|(_, part)| *part == formats::Part::Val)
+            .filter(|(_, part)| *part == Part::Val)
             .map(|(name, _)| (*name).to_owned())
             .collect();
         chosen.sort();
@@ -314,7 +309,7 @@ fn a_share_of_clips_is_the_same_each_time_and_in_any_order() {
         (&names[..], f64::NAN, "above 0 and below 1"),
         (&names[..1], 0.5, "both parts need a clip"),
     ] {
-        let error = formats::split(names, share).unwrap_err().to_string();
+        let error = split(names, share).unwrap_err().to_string();
         assert!(error.contains(reason), "{error}");
     }
 }
@@ -324,8 +319,12 @@ fn a_share_of_clips_is_the_same_each_time_and_in_any_order() {
 fn all_clips_are_written_as_tables() {
     let folder = clips(&[("a", &["car"]), ("b", &[]), ("c", &["car", "bus"])]);
     let (all, labels) = of_folder(folder.path()).unwrap();
-    let options = Options::new(Format::Csv, "set");
-    let table = |clip: usize| export::table(&all[clip].project).unwrap();
+    let options = Options::new(format_named("csv"), "set");
+    let table = |clip: usize| {
+        let out = folder.path().join("one.csv");
+        export::write(&all[clip].project, &options, &out, true).unwrap();
+        fs::read_to_string(out).unwrap()
+    };
     let whole = folder.path().join("whole");
     let written = write_all(&all, &labels, &options, None, &whole, &|| false).unwrap();
     let counts = &written.written;
@@ -346,12 +345,12 @@ fn what_cannot_be_one_data_set_is_refused() {
     let (clips, labels) = of_folder(folder.path()).unwrap();
     let refused = |format, val: Option<&Val>| {
         let out = folder.path().join("set");
-        let options = Options { frames: true, ..Options::new(format, "set") };
+        let options = Options::new(format, "set");
         let error = write_all(&clips, &labels, &options, val, &out, &|| false).unwrap_err();
         assert!(!out.exists());
         error.to_string()
     };
-    let yolo = Format::Other(format_named("yolo"));
+    let yolo = format_named("yolo");
     // A clip without boxes is left out, so nothing would be left for one of the parts.
     assert!(refused(yolo, Some(&Val::Share(0.5))).contains("both parts need a clip"));
     let unknown = Val::Clips(vec!["z".into()]);

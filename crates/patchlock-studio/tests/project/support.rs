@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 
 use patchlock::BoundingBox;
 use patchlock_media::Limits;
+use patchlock_studio::export::reads;
 use patchlock_studio::project::{Edit, Store};
+use patchlock_track::export::{Format, Options};
 
 /// Frames of the video that [`TestFolder::new`] makes.
 pub const FRAMES: usize = 12;
@@ -51,6 +53,17 @@ impl TestFolder {
         fs::write(self.file(), text.replace(&said, &format!("\"frames\":{frames}"))).unwrap();
         Store::open(&self.file(), None, Limits::default()).unwrap()
     }
+}
+
+/// The export format of this name.
+pub fn format_named(name: &str) -> Format {
+    Format::named(name, true).unwrap()
+}
+
+/// The options of an export of a clip, with its frames or with boxes only.
+pub fn options(format: Format, video: &Path, frames: bool) -> Options {
+    let images = reads(&format, frames, video).then(|| video.to_path_buf());
+    Options { images, ..Options::new(format, "clip") }
 }
 
 /// Black images of 64 x 48 pixels.

@@ -130,30 +130,6 @@ pub fn write_all(
     Ok(ExportSummary { files, targets, boxes, notes })
 }
 
-/// Writes a text of each clip to a folder that does not exist yet or is empty, all or nothing: files
-/// with this ending, in `train` and `val` if the clips are divided. Returns the number of files.
-///
-/// # Errors
-/// [`Error::Export`] if there are no clips, if two have the same name, or if the export was stopped;
-/// others if `out` cannot be written.
-pub fn write_texts(
-    clips: &[(&str, Part, String)],
-    ending: &str,
-    out: &Path,
-    stopped: &dyn Fn() -> bool,
-) -> Result<usize, Error> {
-    check_clips(clips.iter().map(|(name, ..)| *name))?;
-    output::check(out, false, false)?;
-    let divided = clips.iter().any(|(_, part, _)| *part == Part::Val);
-    let item = |(name, part, text): &(&str, Part, String)| {
-        let folder = if divided { part.name() } else { "" };
-        Item::text(Path::new(folder).join(format!("{name}.{ending}")), text.clone())
-    };
-    let items: Vec<Item> = clips.iter().map(item).collect();
-    output::write_folder(out, vec![(items, Reader::default())], stopped)?;
-    Ok(clips.len())
-}
-
 /// Checks the names of all clips.
 fn check_clips<'a>(clips: impl Iterator<Item = &'a str>) -> Result<(), Error> {
     let mut names = HashSet::new();

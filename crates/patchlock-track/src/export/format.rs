@@ -30,6 +30,8 @@ pub struct Format {
     pub is_rotated: bool,
     /// Whether it is only for outlines of the tracker, which projects do not have.
     pub is_of_tracker: bool,
+    /// Whether it is only for projects, and has all that they say.
+    pub is_of_project: bool,
     /// Whether it has key frames, between which the tool interpolates.
     pub has_key_frames: bool,
     /// What a person has to know who imports the file of a track, if there is anything.
@@ -105,20 +107,30 @@ impl Format {
         needs_size: true,
         is_rotated: false,
         is_of_tracker: false,
+        is_of_project: false,
         has_key_frames: false,
         note: None,
         file: None,
         folder: None,
     };
 
-    /// The format of this name.
+    /// The formats of projects, or else those of what a tracker has found.
+    pub fn all(of_project: bool) -> impl Iterator<Item = Self> {
+        Self::ALL.into_iter().filter(move |format| match of_project {
+            true => !format.is_of_tracker,
+            false => !format.is_of_project,
+        })
+    }
+
+    /// The format of this name, of [`Format::all`].
     ///
     /// # Errors
     /// [`Error::Export`] if there is no such format; the message lists the names.
-    pub fn named(name: &str) -> Result<Self, Error> {
-        Self::ALL.into_iter().find(|format| format.name == name).ok_or_else(|| {
-            let known = Self::ALL.map(|format| format.name).join(", ");
-            Error::Export(format!("there is no format {name}; the formats are {known}"))
+    pub fn named(name: &str, of_project: bool) -> Result<Self, Error> {
+        Self::all(of_project).find(|format| format.name == name).ok_or_else(|| {
+            let known = Self::all(of_project).map(|format| format.name);
+            let known = known.collect::<Vec<_>>().join(", ");
+            Error::Export(format!("there is no format {name:?}; the formats are {known}"))
         })
     }
 

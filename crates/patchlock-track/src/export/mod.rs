@@ -22,6 +22,7 @@ mod output;
 mod rotated;
 mod selection;
 mod sequence;
+mod table;
 mod track;
 mod voc;
 mod xml;
@@ -37,15 +38,17 @@ use crate::outline::Outline;
 use crate::{Error, files};
 use frames::Frames;
 
-pub use all::{Clip, Part, empty_part, split, write_all, write_texts};
+pub use all::{Clip, Part, empty_part, split, write_all};
 pub use format::{Format, ImageUse, Purpose};
 pub use key_frames::KeyFrames;
 pub use metadata::TargetMetadata;
 pub use selection::{Counts, Selection};
+pub use table::ATTRIBUTE;
 pub use track::{Entry, ManualFlags, Track};
 
 /// All formats, as lists of them have them.
 const FORMATS: &[Format] = &[
+    table::FORMAT,
     mot::FORMAT,
     kitti::FORMAT,
     coco::FORMAT,

@@ -110,8 +110,7 @@ fn write_item(
     }
 }
 
-/// Reads images, and frames of a video. The default one reads nothing, for texts.
-#[derive(Default)]
+/// Reads images, and frames of a video.
 pub struct Reader {
     limits: Limits,
     /// The folder that links must not leave.

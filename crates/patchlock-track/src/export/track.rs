@@ -15,7 +15,7 @@ use crate::outline::Outline;
 use crate::{Error, text};
 
 /// One target in one frame.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Entry {
     /// Index of the frame in the source, from 0.
     pub frame: usize,
@@ -30,6 +30,10 @@ pub struct Entry {
     /// Whether the target is followed, if known. The box of a lost target is what is still followed,
     /// or the last known one.
     pub status: Option<Status>,
+    /// The visible share of the target, from 0 to 1, if known.
+    pub visible: Option<f64>,
+    /// Overlap of the boxes tracked forward and backward, from 0 to 1, if it was tracked both ways.
+    pub agreement: Option<f64>,
     /// What a person has said of this frame; `None` if nobody has.
     pub manual: Option<ManualFlags>,
 }
@@ -149,7 +153,7 @@ impl TryFrom<Row> for Line {
             _ => return Err("the box is incomplete: give all of x, y, w and h, or none"),
         };
         let (id, corners) = (row.id.unwrap_or(1), corners());
-        let entry = Entry { frame, id, bbox, score, corners, status, manual: None };
+        let entry = Entry { frame, id, bbox, score, corners, status, ..Entry::default() };
         Ok(Self { entry, size: row.frame_w.zip(row.frame_h), time, ms })
     }
 }
@@ -301,6 +305,13 @@ impl Track {
         self.metadata.get(&id)
     }
 
+    /// The names of the attributes of all targets, also of those without an entry.
+    pub(super) fn attributes(&self) -> BTreeSet<&str> {
+        let all = self.metadata.values();
+        let names = all.flat_map(|it| it.attributes.keys().chain(it.changes.keys()));
+        names.map(String::as_str).collect()
+    }
+
     /// All entries, ordered by frame, then by target.
     pub fn entries(&self) -> &[Entry] {
         &self.entries
@@ -413,10 +424,9 @@ fn read_jsonl(path: &Path) -> Result<Vec<Line>, Error> {
 }
 
 fn read_txt(path: &Path) -> Result<Vec<Entry>, Error> {
-    let (score, corners, status, manual) = (None, None, None, None);
     let entry = |(frame, row): (usize, &Vec<f64>)| {
         let bbox = text::region(row, 1.0).map_err(|reason| Error::line(path, frame + 1, reason))?;
-        Ok(Entry { frame, id: 1, bbox, score, corners, status, manual })
+        Ok(Entry { frame, id: 1, bbox, ..Entry::default() })
     };
     text::read(path)?.rows.iter().enumerate().map(entry).collect()
 }

@@ -132,8 +132,10 @@ fn inconsistent_options_are_errors_and_nothing_is_written() {
         assert!(error.contains(message), "{error}");
         assert_eq!(fs::read_dir(workspace.path("")).unwrap().count(), 2, "{message}");
     }
-    let error = Format::named("vot").unwrap_err().to_string();
-    assert!(error.contains(&Format::ALL.map(|format| format.name).join(", ")), "{error}");
+    let error = Format::named("vot", false).unwrap_err().to_string();
+    let names = Format::ALL.into_iter().filter(|format| !format.is_of_project);
+    let names: Vec<&str> = names.map(|format| format.name).collect();
+    assert!(error.contains(&names.join(", ")), "{error}");
 }
 
 #[test]
@@ -270,7 +272,7 @@ fn nested(targets: usize) -> Track {
         score: None,
         corners: None,
         status: None,
-        manual: None,
+        ..Entry::default()
     };
     let both = |id| [entry(id, id), entry(2 * targets - 1 - id, id)];
     Track::new((0..targets).flat_map(both).collect()).unwrap()
@@ -299,7 +301,7 @@ fn distinct_targets(count: u64) -> Track {
         score: None,
         corners: None,
         status: None,
-        manual: None,
+        ..Entry::default()
     };
     let metadata = |id: u64| {
         let attributes = [(format!("a{id}"), "b".to_owned())].into();

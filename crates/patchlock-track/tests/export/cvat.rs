@@ -75,7 +75,7 @@ fn rotated_boxes_of_cvat_have_the_sides_before_they_are_turned() {
         score: None,
         corners,
         status: Some(status),
-        manual: None,
+        ..Entry::default()
     };
     let diamond = [[19.5, 4.5], [29.5, 14.5], [19.5, 24.5], [9.5, 14.5]];
     let right = [[29.5, 4.5], [29.5, 24.5], [9.5, 24.5], [9.5, 4.5]];

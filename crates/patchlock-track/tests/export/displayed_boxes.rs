@@ -187,7 +187,7 @@ fn entry(frame: usize, id: u64, state: State, [x, y, w, h]: [f64; 4]) -> Option<
         score: Some(0.9),
         corners: Some([[left, top], [right, top], [right, bottom], [left, bottom]]),
         status: None,
-        manual: None,
+        ..Entry::default()
     };
     match state {
         State::Nothing => None,
@@ -221,7 +221,7 @@ fn expected(entries: &[Entry]) -> BTreeMap<(u64, usize), ([f64; 4], bool, bool)>
 
 /// The export format of this name.
 fn format_named(name: &str) -> Format {
-    Format::named(name).unwrap()
+    Format::named(name, false).unwrap()
 }
 
 fn options(format: Format, size: (usize, usize), key_frames: KeyFrames) -> Options {

@@ -24,7 +24,7 @@ fn doubtful_track() -> Track {
         let (status, manual) =
             if frame == 6 { (None, Some(ManualFlags::default())) } else { (Some(status), None) };
         let score = manual.is_none().then_some(0.75);
-        Entry { frame, id: 1, bbox, score, corners: None, status, manual }
+        Entry { frame, id: 1, bbox, score, status, manual, ..Entry::default() }
     };
     let low = |frame| Entry { id: 2, score: Some(0.25), status: Some(Tracked), ..entry(frame) };
     Track::new((0..12).map(entry).chain((2..5).map(low)).collect()).unwrap()

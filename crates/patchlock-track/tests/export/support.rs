@@ -17,7 +17,7 @@ pub fn track() -> Track {
         score,
         corners,
         status: None,
-        manual: None,
+        ..Entry::default()
     };
     let corners = [[9.5, 4.5], [29.5, 4.5], [29.5, 14.5], [9.5, 14.5]];
     Track::new(vec![
@@ -74,7 +74,7 @@ pub fn lost_track(blank: bool) -> Track {
         let bbox = BoundingBox { x, y: 5.0, w: 20.0, h: 10.0 };
         let bbox = Some(bbox).filter(|_| !(blank && status == Lost));
         let (score, status) = (Some(0.75), Some(status));
-        Entry { frame, id: 1, bbox, score, corners: None, status, manual: None }
+        Entry { frame, id: 1, bbox, score, status, ..Entry::default() }
     };
     Track::new(statuses.into_iter().enumerate().map(entry).collect()).unwrap()
 }
@@ -102,7 +102,7 @@ pub fn with_status(format: &str, status: &str) -> Options {
 
 /// The export format of this name.
 pub fn format_named(name: &str) -> Format {
-    Format::named(name).unwrap()
+    Format::named(name, false).unwrap()
 }
 
 pub fn options(format: Format) -> Options {
@@ -142,7 +142,7 @@ pub fn long_track() -> Track {
             score,
             corners: None,
             status: Some(status),
-            manual: None,
+            ..Entry::default()
         }
     };
     Track::new((0..=30).map(entry).collect()).unwrap()

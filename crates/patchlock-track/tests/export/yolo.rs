@@ -71,7 +71,7 @@ fn rotated_boxes_of_yolo_are_the_outlines() {
         score: None,
         corners,
         status: Some(status),
-        manual: None,
+        ..Entry::default()
     };
     let turned = [[19.5, -4.5], [29.5, 9.5], [19.5, 14.5], [9.5, 9.5]];
     let track = Track::new(vec![
