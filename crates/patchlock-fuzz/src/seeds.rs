@@ -10,7 +10,7 @@ use image::{DynamicImage, ImageFormat};
 use patchlock::{BoundingBox, Frame, MultiTracker, Preset, Status, Tracker, TrackerConfig};
 use patchlock_media::{FrameRate, Limits, Mp4Writer};
 use patchlock_studio::project::{Edit, Store};
-use patchlock_track::export::{self, Entry, Track};
+use patchlock_track::export::{self, Entry, Format, Track};
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -261,7 +261,7 @@ fn tracks() -> Vec<Vec<u8>> {
 fn imports() -> Vec<Vec<u8>> {
     let scratch = Scratch::new();
     let written = |format: &str| {
-        let format = export::Format::named(format, false).expect("is known");
+        let format = Format::named(format, false).expect("is known");
         let options = export::Options {
             label: "car".to_owned(),
             size: Some((640, 480)),
@@ -491,8 +491,8 @@ fn requests() -> Vec<Vec<u8>> {
     ];
     let table = "frame,x,y,w,h\n0,5,4,12,9\n1,6,4,12,9\n";
     let import = format!("POST /api/clips/1/import?format=csv\n\n{table}");
-    let exports: Vec<String> = patchlock_studio::export::Format::all()
-        .map(|format| format!("GET /api/clips/1/export?format={}", format.name()))
+    let exports: Vec<String> = Format::all(true)
+        .map(|format| format!("GET /api/clips/1/export?format={}", format.name))
         .collect();
     let exports: Vec<&str> = exports.iter().map(String::as_str).collect();
     let track = "POST /api/clips/1/track\n\n{\"target\":1,\"from\":0,\"direction\":\"forward\"}";

@@ -15,10 +15,7 @@ fn track() -> Track {
         frame,
         id,
         bbox: Some(BoundingBox { x, y: 5.0, w: 20.0, h: 10.0 }),
-        score: None,
-        corners: None,
-        status: None,
-        manual: None,
+        ..Entry::default()
     };
     let boxes = [(1, 0, 10.0), (1, 2, 11.0), (3, 2, 3.0), (3, 4, 4.0), (1, 6, 14.0)];
     Track::new(boxes.map(entry).to_vec()).unwrap()
@@ -34,7 +31,8 @@ fn benchmarks_are_read_back() {
         for k in 0..7 {
             RgbImage::new(40, 30).save(images.join(format!("{k}.png"))).unwrap();
         }
-        let format = Format::named(if layout == Layout::Lasot { "lasot" } else { "got10k" });
+        let name = if layout == Layout::Lasot { "lasot" } else { "got10k" };
+        let format = Format::named(name, false);
         let options = Options {
             label: "toy car".into(),
             images: Some(images),

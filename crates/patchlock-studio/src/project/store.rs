@@ -397,9 +397,7 @@ impl Store {
     pub fn changed(&self) -> Option<String> {
         match self.video_to_read() {
             Ok(video) => self.project.video.change(video),
-            Err(Error::Track(patchlock_track::Error::Read(_, source))) => {
-                Some(unreadable(&source))
-            }
+            Err(Error::Track(patchlock_track::Error::Read(_, source))) => Some(unreadable(&source)),
             Err(error) => Some(unreadable(&error)),
         }
     }
