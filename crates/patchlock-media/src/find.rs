@@ -138,6 +138,16 @@ pub fn images_of(name: &OsStr) -> Option<Result<ImageSequence, Error>> {
     Some(ImageSequence::glob(glob))
 }
 
+/// Opens a source whose decoder may panic.
+pub fn guarded(
+    name: &OsStr,
+    open: impl FnOnce() -> Result<Box<dyn FrameSource>, Error>,
+) -> Result<Box<dyn FrameSource>, Error> {
+    let name = name.display().to_string();
+    let source = guard::decoding(open).map_err(|panic| Error::unreadable(&name, panic))??;
+    Ok(Box::new(PanicGuard { source, name }))
+}
+
 /// A source whose decoder may panic.
 struct PanicGuard {
     source: Box<dyn FrameSource>,

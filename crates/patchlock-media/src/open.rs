@@ -4,7 +4,7 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use crate::ffmpeg::{self, Program};
-use crate::find::{OpenedSource, find_guarded, images_of};
+use crate::find::{OpenedSource, find_guarded, guarded, images_of};
 use crate::image_sequence::ImageSequence;
 use crate::limits::Limits;
 use crate::{Error, FrameSource, sandbox};
@@ -51,7 +51,7 @@ pub fn open_by(
     match (found, program) {
         (OpenedSource::Source(source), _) => Ok(source),
         (OpenedSource::ForFfmpeg { reason, times }, Some(program)) => {
-            ffmpeg::open(path, &reason, reverse, limits, times, program)
+            guarded(name, || ffmpeg::open(path, &reason, reverse, limits, times, program))
         }
         (OpenedSource::ForFfmpeg { reason, .. }, None) => {
             let reason = format!("it {reason}, which ffmpeg would read");
