@@ -13,8 +13,8 @@ mod rows;
 mod svg;
 mod tables;
 
-pub use plots::{Plot, csv, round_step};
-pub use svg::{FAMILY, FONT, png};
+pub use plots::{Plot, csv, overlap, round_step};
+pub use svg::{FONT, png};
 
 use crate::Error;
 use crate::bench::store::sha256;

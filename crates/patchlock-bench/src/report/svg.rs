@@ -11,7 +11,7 @@ use super::{outlines, palette};
 use crate::Error;
 
 /// Family name of the font that PNGs are drawn with.
-pub const FAMILY: &str = "Hack";
+const FAMILY: &str = "Hack";
 /// The font file. It is monospaced, so digits align, and it is wider than other fonts, whose text
 /// therefore fits as well.
 pub const FONT: &[u8] = epaint_default_fonts::HACK_REGULAR;

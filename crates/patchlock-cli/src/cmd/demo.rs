@@ -8,6 +8,7 @@ use std::sync::Arc;
 use anyhow::{Context, Result};
 use clap::Args;
 use patchlock::{BoundingBox, Status, TrackerConfig};
+use patchlock_bench::report;
 use patchlock_media::{Error, FrameRate, FrameSource, Mp4Writer, Picture, Prefetcher, SourceInfo};
 use patchlock_scene::Scene;
 use patchlock_track::files;
@@ -15,7 +16,6 @@ use patchlock_track::files;
 use crate::failure::{Failure, failed, interrupted, usage};
 use crate::interrupt;
 use crate::output::background_sink::BackgroundSink;
-use crate::output::chart::Chart;
 use crate::output::draw;
 use crate::output::measurements::LostSpan;
 use crate::output::pending::PendingFile;
@@ -215,15 +215,16 @@ impl DemoOutput {
             mean(&visible(scene, &self.overlap)),
             lowest(&visible(scene, &self.overlap)).1
         );
-        let chart = Chart { overlap: &self.overlap, score: &self.score, hidden: &hidden, subtitle };
+        let chart = report::overlap(&self.overlap, &self.score, &hidden, &subtitle);
+        let chart = chart.map_err(Failure::from)?;
         let mut strip = Vec::new();
         strip::draw(&self.panels)?.write_png(&mut strip)?;
         // Write all files first and then rename all, so that a full disk does not leave an
         // incomplete demo.
         let files = [
             self.input.finish().map_err(self.write_error)?,
-            filled(out, "overlap.svg", chart.svg().as_bytes())?,
-            filled(out, "overlap.png", &chart.png()?)?,
+            filled(out, "overlap.svg", chart.as_bytes())?,
+            filled(out, "overlap.png", &report::png(&chart).map_err(Failure::from)?)?,
             filled(out, "strip.png", &strip)?,
             filled(out, "truth.csv", truth_table(scene).as_bytes())?,
             filled(out, ABOUT, about().as_bytes())?,

@@ -2,7 +2,6 @@
 //! at all.
 
 pub mod background_sink;
-pub(crate) mod chart;
 pub mod draw;
 #[cfg(test)]
 pub(crate) mod example;

@@ -4,6 +4,7 @@
 pub mod chart;
 pub mod curves;
 pub mod intervals;
+mod overlap;
 pub mod reliability;
 pub mod speed;
 pub mod timeline;
@@ -15,6 +16,7 @@ use serde::{Serialize, Serializer};
 
 use super::svg;
 use crate::Error;
+pub use overlap::overlap;
 use patchlock_track::text::as_cell;
 
 /// A plot with its numbers.
