@@ -38,10 +38,10 @@ impl Images {
     /// # Errors
     /// [`Error::Frame`].
     pub fn fill(&mut self, frame: &Frame<'_>, method: &Method) -> Result<(), Error> {
-        match method {
-            Method::Paper(_) => self.grey.fill(frame),
-            Method::Robust(_) | Method::Network(_) => frame.check_samples(),
+        if method.settings().needs_grey() {
+            return self.grey.fill(frame);
         }
+        frame.check_samples()
     }
 
     /// The frame that was converted last, with its forms.

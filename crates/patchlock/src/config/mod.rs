@@ -44,6 +44,58 @@ const SEED: Parameter = Parameter {
     is_stable: true,
 };
 
+/// Access by name to a group of settings, and to the one in it; [`table::group`] implements it.
+pub(crate) trait SettingsGroup {
+    /// The value of the setting of this name, if there is one.
+    fn get(&self, name: &str) -> Option<Value>;
+
+    /// Changes a setting.
+    ///
+    /// # Errors
+    /// As [`checked`]; then nothing has changed.
+    fn set(&mut self, parameter: &Parameter, value: &Value) -> Result<(), Error>;
+
+    /// Checks all ranges.
+    ///
+    /// # Errors
+    /// [`Error::Config`] names the first setting that is out of range.
+    fn check_ranges(&self) -> Result<(), Error>;
+}
+
+/// The settings of a method, and what they say of it.
+pub(crate) trait MethodConfig: SettingsGroup {
+    /// What is known of the method without its settings.
+    fn info(&self) -> &'static MethodInfo;
+
+    /// The patch model, if the method has one.
+    fn patches(&self) -> Option<&PatchModelConfig> {
+        None
+    }
+
+    /// Whether the tracker reads the setting of this name: no other setting turns it off.
+    fn reads(&self, _name: &str, _has_network: bool) -> bool {
+        true
+    }
+
+    /// Whether users may rely on the setting of this row.
+    fn is_stable(&self, _row: &Parameter) -> bool {
+        true
+    }
+
+    /// Whether the tracker works on grey frames.
+    fn needs_grey(&self) -> bool {
+        false
+    }
+
+    /// Checks the settings that a range cannot express.
+    ///
+    /// # Errors
+    /// [`Error::Config`] names the setting that is wrong.
+    fn check(&self) -> Result<(), Error> {
+        Ok(())
+    }
+}
+
 /// The table of all settings: those of all methods, then those of each group.
 pub const PARAMETERS: &[Parameter] = {
     const ALL: &[&[Parameter]] = &[
@@ -116,15 +168,11 @@ pub enum Method {
 impl Method {
     /// The names of all methods.
     pub const NAMES: [&'static str; 3] =
-        [RobustConfig::INFO.name, PaperConfig::INFO.name, NetworkConfig::INFO.name];
+        [RobustConfig::NAME, PaperConfig::NAME, NetworkConfig::NAME];
 
     /// What is known of the method without its settings.
     pub fn info(&self) -> &'static MethodInfo {
-        match self {
-            Self::Robust(_) => &RobustConfig::INFO,
-            Self::Paper(_) => &PaperConfig::INFO,
-            Self::Network(_) => &NetworkConfig::INFO,
-        }
+        self.settings().info()
     }
 
     /// The name of the method, which is also that of its group of settings.
@@ -134,10 +182,22 @@ impl Method {
 
     /// The patch model, if the method has one.
     pub fn patches(&self) -> Option<&PatchModelConfig> {
+        self.settings().patches()
+    }
+
+    pub(crate) fn settings(&self) -> &dyn MethodConfig {
         match self {
-            Self::Robust(config) => Some(&config.patches),
-            Self::Paper(config) => Some(&config.patches),
-            Self::Network(_) => None,
+            Self::Robust(config) => config,
+            Self::Paper(config) => config,
+            Self::Network(config) => config,
+        }
+    }
+
+    fn settings_mut(&mut self) -> &mut dyn MethodConfig {
+        match self {
+            Self::Robust(config) => config,
+            Self::Paper(config) => config,
+            Self::Network(config) => config,
         }
     }
 }
@@ -181,10 +241,7 @@ impl Parameter {
     /// Whether users may rely on the setting with this method. The other ones are for research: they
     /// change without notice.
     pub fn is_stable_for(&self, method: &Method) -> bool {
-        match method {
-            Method::Robust(_) => self.is_stable,
-            Method::Paper(_) | Method::Network(_) => true,
-        }
+        method.settings().is_stable(self)
     }
 
     /// Whether this method uses the setting.
@@ -204,13 +261,13 @@ impl TrackerConfig {
     /// [`Error::UnknownSetting`]; [`Error::UnusedSetting`] if it belongs to another method.
     pub fn get(&self, name: &str) -> Result<Value, Error> {
         let parameter = self.parameter(name)?;
-        let value = match &self.method {
-            _ if parameter.name == SEED.name => Some(self.seed.value()),
-            Method::Robust(config) => config.get(name),
-            Method::Paper(config) => config.get(name),
-            Method::Network(config) => config.get(name),
-        };
-        value.ok_or_else(|| Error::UnknownSetting { name: name.to_owned() })
+        if parameter.name == SEED.name {
+            return Ok(self.seed.value());
+        }
+        self.method
+            .settings()
+            .get(name)
+            .ok_or_else(|| Error::UnknownSetting { name: name.to_owned() })
     }
 
     /// Changes the setting with this name in [`PARAMETERS`].
@@ -220,28 +277,18 @@ impl TrackerConfig {
     /// another kind or out of range. Then nothing has changed.
     pub fn set(&mut self, name: &str, value: impl Into<Value>) -> Result<(), Error> {
         let (parameter, value) = (self.parameter(name)?, value.into());
-        match &mut self.method {
-            _ if parameter.name == SEED.name => self.seed = checked(parameter, &value)?,
-            Method::Robust(config) => config.set(parameter, &value)?,
-            Method::Paper(config) => config.set(parameter, &value)?,
-            Method::Network(config) => config.set(parameter, &value)?,
+        if parameter.name == SEED.name {
+            self.seed = checked(parameter, &value)?;
+            return Ok(());
         }
-        Ok(())
+        self.method.settings_mut().set(parameter, &value)
     }
 
     /// Whether the tracker reads the setting: its method uses it, and no other setting turns it
     /// off.
     pub fn reads(&self, parameter: &Parameter) -> bool {
-        let is_on = match &self.method {
-            Method::Robust(config) => {
-                let name = parameter.name;
-                config.reads(name) && (self.network.is_some() || !RobustConfig::needs_network(name))
-            }
-            Method::Paper(_) => true,
-            // It draws no random numbers.
-            Method::Network(_) => parameter.name != SEED.name,
-        };
-        is_on && parameter.is_used_by(&self.method)
+        let settings = self.method.settings();
+        parameter.is_used_by(&self.method) && settings.reads(parameter.name, self.network.is_some())
     }
 
     /// The row of a setting that the method uses.
@@ -273,14 +320,9 @@ impl TrackerConfig {
     /// [`Error::Config`] names the first setting that is wrong, its value and what is allowed.
     pub fn validate(&self) -> Result<(), Error> {
         let _: u64 = checked(&SEED, &self.seed.value())?;
-        match &self.method {
-            Method::Robust(config) => {
-                config.check_ranges()?;
-                config.check()?;
-            }
-            Method::Paper(config) => config.check_ranges()?,
-            Method::Network(config) => config.check_ranges()?,
-        }
-        self.method.patches().map_or(Ok(()), PatchModelConfig::check)
+        let settings = self.method.settings();
+        settings.check_ranges()?;
+        settings.check()?;
+        settings.patches().map_or(Ok(()), PatchModelConfig::check)
     }
 }

@@ -2,6 +2,7 @@
 
 use super::info::{MethodInfo, NetworkUse};
 use super::table::{group, number};
+use super::{MethodConfig, SEED};
 
 group! {
     /// The settings of the method `network`. What belongs to a network, such as how fast the size
@@ -15,14 +16,21 @@ group! {
     }
 }
 
-impl NetworkConfig {
-    pub(super) const INFO: MethodInfo = MethodInfo {
-        name: "network",
-        purpose: "a network alone",
-        family: "network",
-        title: "Visual object tracker with a network",
-        network: NetworkUse::Required,
-        score_is_probability: true,
-        megabytes: 5,
-    };
+impl MethodConfig for NetworkConfig {
+    fn info(&self) -> &'static MethodInfo {
+        &MethodInfo {
+            name: Self::NAME,
+            purpose: "a network alone",
+            family: "network",
+            title: "Visual object tracker with a network",
+            network: NetworkUse::Required,
+            score_is_probability: true,
+            megabytes: 5,
+        }
+    }
+
+    // It draws no random numbers.
+    fn reads(&self, name: &str, _has_network: bool) -> bool {
+        name != SEED.name
+    }
 }

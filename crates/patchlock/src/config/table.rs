@@ -213,10 +213,13 @@ macro_rules! group {
         }
 
         impl $name {
+            /// The name of this group.
+            pub(super) const NAME: &'static str = $title;
+
             /// The rows of this group.
             pub(super) const ROWS: &'static [$crate::config::Parameter] = &[$($(
                 $crate::config::Parameter {
-                    group: $title,
+                    group: Self::NAME,
                     name: stringify!($field),
                     kind: <$ty as $crate::config::table::Setting>::KIND,
                     range: $range,
@@ -225,19 +228,19 @@ macro_rules! group {
                     is_stable: false $(|| $stable)?,
                 },
             )*)*];
+        }
 
-            /// The value of the setting of this name, if the group or the one in it has it.
-            pub(super) fn get(&self, name: &str) -> Option<$crate::value::Value> {
+        impl $crate::config::SettingsGroup for $name {
+            fn get(&self, name: &str) -> Option<$crate::value::Value> {
                 match name {
                     $($(stringify!($field) => {
                         Some($crate::config::table::Setting::value(&self.$field))
                     })*)*
-                    _ => None $(.or_else(|| self.$inner.get(name)))?,
+                    _ => None $(.or_else(|| $crate::config::SettingsGroup::get(&self.$inner, name)))?,
                 }
             }
 
-            /// Changes a setting of this group or the one in it.
-            pub(super) fn set(
+            fn set(
                 &mut self,
                 parameter: &$crate::config::Parameter,
                 value: &$crate::value::Value,
@@ -246,13 +249,12 @@ macro_rules! group {
                     $($(stringify!($field) => {
                         self.$field = $crate::config::table::checked(parameter, value)?;
                     })*)*
-                    _ => { $(self.$inner.set(parameter, value)?;)? }
+                    _ => { $($crate::config::SettingsGroup::set(&mut self.$inner, parameter, value)?;)? }
                 }
                 Ok(())
             }
 
-            /// Checks all ranges, those of the group in this one included.
-            pub(super) fn check_ranges(&self) -> Result<(), $crate::Error> {
+            fn check_ranges(&self) -> Result<(), $crate::Error> {
                 $($(
                     if !$crate::config::table::Setting::within(&self.$field, $range) {
                         return Err($crate::Error::Config {
@@ -262,7 +264,7 @@ macro_rules! group {
                         });
                     }
                 )*)*
-                $(self.$inner.check_ranges()?;)?
+                $($crate::config::SettingsGroup::check_ranges(&self.$inner)?;)?
                 Ok(())
             }
         }
