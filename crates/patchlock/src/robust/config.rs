@@ -1,9 +1,10 @@
 //! The settings of the method `robust`.
 
-use super::info::{MethodInfo, NetworkUse};
-use super::table::{Range, STABLE, group, number};
-use super::{MethodConfig, PaperConfig, Parameter, PatchModelConfig};
 use crate::Error;
+use crate::config::{
+    MethodConfig, MethodInfo, NetworkUse, Parameter, PatchModelConfig, Range, STABLE, group, number,
+};
+use crate::patch_model::likelihood::{Gamma, LikelihoodParams, Scales};
 use crate::patch_model::params::PatchParams;
 
 group! {
@@ -199,8 +200,13 @@ group! {
 impl RobustConfig {
     /// The parameters of the patch model. Its weighing of candidates is not used.
     pub(crate) fn patch_params(&self) -> PatchParams {
-        let paper = PaperConfig { patches: self.patches.clone(), ..PaperConfig::default() };
-        let mut params = paper.patch_params();
+        let likelihood = LikelihoodParams {
+            epsilon: self.patches.epsilon,
+            occlusion_weights: true,
+            gamma: Gamma::ExpVisible,
+            scales: Scales::Both,
+        };
+        let mut params = self.patches.params(likelihood, 0.8, true);
         // One candidate is looked at in each frame.
         params.scale.keeps_products = false;
         params

@@ -1,8 +1,6 @@
 //! The settings of the method `network`.
 
-use super::info::{MethodInfo, NetworkUse};
-use super::table::{group, number};
-use super::{MethodConfig, SEED};
+use crate::config::{MethodConfig, MethodInfo, NetworkUse, SEED, group, number};
 
 group! {
     /// The settings of the method `network`. What belongs to a network, such as how fast the size

@@ -1,8 +1,6 @@
 //! The settings of the method `paper`.
 
-use super::info::{MethodInfo, NetworkUse};
-use super::table::{Range, group, number};
-use super::{MethodConfig, PatchModelConfig};
+use crate::config::{MethodConfig, MethodInfo, NetworkUse, PatchModelConfig, Range, group, number};
 use crate::patch_model::likelihood::{Gamma, LikelihoodParams, Scales};
 use crate::patch_model::params::PatchParams;
 
