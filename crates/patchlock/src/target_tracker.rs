@@ -40,7 +40,7 @@ pub(crate) trait TargetTracker: Debug + Send + Sync + Sized + 'static {
         &mut self,
         input: Input<'_>,
         scratch: &mut Self::Scratch,
-        show: Option<&mut dyn FnMut(Self::View<'_>)>,
+        show: Show<'_, Self>,
         estimate: &mut Estimate,
     ) -> Result<(), NetworkError>;
 
@@ -72,6 +72,9 @@ pub(crate) trait TargetTracker: Debug + Send + Sync + Sized + 'static {
         network: Option<&Network>,
     ) -> Result<Self, Error>;
 }
+
+/// Shows the view of a frame. `None` if nobody looks: then no view is made.
+pub(crate) type Show<'a, T> = Option<&'a mut dyn FnMut(<T as TargetTracker>::View<'_>)>;
 
 /// A frame, in the forms that trackers work on.
 #[derive(Clone, Copy)]
