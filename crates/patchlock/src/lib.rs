@@ -22,12 +22,12 @@ mod committee;
 mod config;
 mod error;
 mod estimate;
+mod methods;
 mod multi;
 #[cfg_attr(not(feature = "network"), expect(dead_code, reason = "nothing makes a network"))]
 mod network;
 mod network_error;
 mod network_loop;
-mod observe;
 mod robust;
 mod snapshot;
 mod target;
@@ -58,24 +58,23 @@ mod vision;
 #[cfg(all(feature = "internals", not(doc)))]
 pub mod vision;
 
-pub use config::{
-    Method, MethodInfo, NetworkConfig, NetworkUse, PARAMETERS, PaperConfig, Parameter,
-    PatchModelConfig, Preset, Range, RobustConfig, TrackerConfig,
-};
+pub use config::{MethodInfo, NetworkUse, Parameter, PatchModelConfig, Range};
 pub use error::Error;
 pub use estimate::{Estimate, Status};
+pub use methods::{
+    CommitteeView, FrameView, MemberView, Method, Observer, PARAMETERS, Preset, TrackerConfig,
+};
 pub use multi::{MultiTracker, TargetEstimate};
 pub use network::Network;
 #[cfg(feature = "network")]
 pub use network::{KNOWN_MODELS, KnownModel, ModelFile, Runtime};
 pub use network_error::NetworkError;
-pub use observe::{
-    CommitteeView, FrameView, MemberView, NetworkView, Observer, PaperView, PatchView, RobustView,
-    UpdateView,
-};
+pub use network_loop::{NetworkConfig, NetworkView};
+pub use paper::{PaperConfig, PaperView, PatchView, UpdateView};
 pub use patch_model::likelihood::{Feature, Gamma, Scales};
 pub use patch_model::sparse::codes::Code;
 pub use patch_model::visibility::{Visibility, VisibilityMap};
+pub use robust::{RobustConfig, RobustView};
 pub use snapshot::{MultiSnapshot, Snapshot};
 pub use target_id::TargetId;
 pub use tracker::Tracker;

@@ -7,15 +7,14 @@
 //! fewer targets than threads.
 
 use crate::Error;
-use crate::config::TrackerConfig;
 use crate::estimate::Estimate;
+use crate::methods::{DynTracker, FrameView, TrackerConfig};
 use crate::numeric::instructions::Instructions;
 use crate::numeric::parallel::*;
-use crate::observe::FrameView;
 use crate::snapshot::{MultiSnapshot, SavedTrack, VERSION};
 use crate::target::{self, Images};
 use crate::target_id::TargetId;
-use crate::target_tracker::{Scratch, TargetTracker};
+use crate::target_tracker::Scratch;
 use crate::vision::frame::{Frame, FrameSize};
 use crate::vision::geometry::BoundingBox;
 
@@ -56,7 +55,7 @@ pub struct TargetEstimate {
 #[derive(Debug)]
 pub struct MultiTracker {
     config: TrackerConfig,
-    targets: Vec<Box<dyn TargetTracker>>,
+    targets: Vec<Box<dyn DynTracker>>,
     /// The ids and latest estimates of the targets, in the same order.
     tracked: Vec<TargetEstimate>,
     next: u64,
@@ -202,7 +201,7 @@ impl MultiTracker {
     /// Everything that is needed to continue to the same boxes later; see [`MultiSnapshot`].
     pub fn snapshot(&self) -> MultiSnapshot {
         let tracks = self.targets.iter().zip(&self.tracked).map(|(target, tracked)| {
-            let (target, estimate) = (target::saved(&**target), tracked.estimate.clone());
+            let (target, estimate) = (target.saved(), tracked.estimate.clone());
             (tracked.id, SavedTrack { target, estimate })
         });
         MultiSnapshot {
@@ -249,7 +248,7 @@ impl MultiTracker {
         &mut self,
         frame: &Frame<'_>,
         bbox: BoundingBox,
-    ) -> Result<(Box<dyn TargetTracker>, Estimate), Error> {
+    ) -> Result<(Box<dyn DynTracker>, Estimate), Error> {
         bbox.check_in(frame.width(), frame.height())?;
         self.check_size(frame)?;
         self.images.fill(frame, &self.config.method)?;

@@ -2,11 +2,10 @@
 //! [`MultiTracker`](crate::MultiTracker), of any method.
 
 use crate::Error;
-use crate::config::TrackerConfig;
 use crate::error;
 use crate::estimate::Estimate;
+use crate::methods::{SavedTarget, TrackerConfig};
 use crate::network::Network;
-use crate::target::SavedTarget;
 use crate::target_id::TargetId;
 use crate::vision::frame::FrameSize;
 use serde::de::Error as _;

@@ -1,35 +1,19 @@
-//! The tracker that a configuration asks for. A new one is a folder with an `impl` of
-//! [`TargetTracker`], and its lines in [`begin`], [`SavedTarget`], [`saved`] and [`restore`].
+//! The tracker that a configuration asks for: that of its method, or a committee.
 
 use crate::committee::{Committee, CommitteeFit, Member};
-use crate::config::{Method, NetworkConfig, RobustConfig, TrackerConfig};
 use crate::estimate::Estimate;
-use crate::network_error::NetworkError;
-use crate::network_loop::{NetworkTarget, SavedNetwork};
-use crate::paper::{PaperTarget, SavedPaper, check_box};
-use crate::robust::{RobustTarget, SavedRobust};
-use crate::target_tracker::{Input, Scratch, TargetTracker};
+use crate::methods::{DynTracker, Method, SavedTarget, TrackerConfig};
+use crate::network_loop::{NetworkConfig, NetworkTarget};
+use crate::robust::{RobustConfig, RobustTarget};
+use crate::target_tracker::{Input, Scratch, Start, TargetTracker};
 use crate::vision::frame::{Frame, GreyImage};
 use crate::vision::geometry::BoundingBox;
 use crate::{Error, error};
-use serde::{Deserialize, Serialize};
-use std::any::Any;
 
 /// The forms of the current frame: made once for all targets.
 #[derive(Debug, Default)]
 pub(crate) struct Images {
     grey: GreyImage,
-}
-
-/// A target between two frames, as a snapshot holds it.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-#[expect(clippy::large_enum_variant, reason = "all targets of a tracker are alike")]
-pub(crate) enum SavedTarget {
-    Paper(SavedPaper),
-    Robust(SavedRobust),
-    Network(SavedNetwork),
-    Committee(Vec<SavedTarget>),
 }
 
 impl Images {
@@ -38,10 +22,10 @@ impl Images {
     /// # Errors
     /// [`Error::Frame`].
     pub fn fill(&mut self, frame: &Frame<'_>, method: &Method) -> Result<(), Error> {
-        match method {
-            Method::Paper(_) => self.grey.fill(frame),
-            Method::Robust(_) | Method::Network(_) => frame.check_samples(),
+        if method.settings().needs_grey() {
+            return self.grey.fill(frame);
         }
+        frame.check_samples()
     }
 
     /// The frame that was converted last, with its forms.
@@ -59,30 +43,18 @@ pub(crate) fn begin(
     bbox: BoundingBox,
     config: &TrackerConfig,
     scratch: &mut Scratch,
-) -> Result<(Box<dyn TargetTracker>, Estimate), Error> {
-    let (Input { frame, grey }, seed) = (input, config.seed);
-    Ok(match (&config.method, &config.network) {
-        (Method::Paper(settings), _) => {
-            check_box(bbox)?;
-            let (target, estimate) = PaperTarget::begin(grey, bbox, (seed, settings), scratch.of());
-            (Box::new(target), estimate)
+) -> Result<(Box<dyn DynTracker>, Estimate), Error> {
+    let TrackerConfig { seed, method, network } = config;
+    let start = Start { input, bbox, seed: *seed, network: network.as_ref() };
+    match method {
+        Method::Robust(settings) if network.is_some() => {
+            let (filters, estimate) = RobustTarget::begin(start, settings, scratch.of())?;
+            let plain = (&NetworkConfig::default(), settings.network_fit);
+            let (other, _) = NetworkTarget::fitted(start, plain, scratch.of())?;
+            Ok((Box::new(committee(filters, other, settings)), estimate))
         }
-        (Method::Robust(settings), network) => {
-            let (target, estimate) =
-                RobustTarget::begin(frame, bbox, (seed, settings), scratch.of());
-            let Some(network) = network else { return Ok((Box::new(target), estimate)) };
-            let plain = (NetworkConfig::default(), settings.network_fit);
-            let (other, _) = NetworkTarget::begin(network, frame, bbox, plain, scratch.of())?;
-            (Box::new(committee(target, other, settings)), estimate)
-        }
-        (Method::Network(settings), network) => {
-            let network = network.as_ref().ok_or(NetworkError::None)?;
-            let settings = (settings.clone(), 0.0);
-            let (target, estimate) =
-                NetworkTarget::begin(network, frame, bbox, settings, scratch.of())?;
-            (Box::new(target), estimate)
-        }
-    })
+        _ => method.begin(start, scratch),
+    }
 }
 
 /// The committee of the default tracker and a network.
@@ -93,21 +65,6 @@ fn committee(filters: RobustTarget, network: NetworkTarget, settings: &RobustCon
     Committee::new([filters, network], settings, fit)
 }
 
-/// A target as a snapshot holds it.
-pub(crate) fn saved(target: &dyn TargetTracker) -> SavedTarget {
-    let any: &dyn Any = target;
-    if let Some(target) = any.downcast_ref::<PaperTarget>() {
-        SavedTarget::Paper(target.saved())
-    } else if let Some(target) = any.downcast_ref::<RobustTarget>() {
-        SavedTarget::Robust(target.saved())
-    } else if let Some(target) = any.downcast_ref::<NetworkTarget>() {
-        SavedTarget::Network(target.saved())
-    } else {
-        let members = any.downcast_ref::<Committee>().map(Committee::members);
-        SavedTarget::Committee(members.into_iter().flatten().map(saved).collect())
-    }
-}
-
 /// A target that continues from a saved one.
 ///
 /// # Errors
@@ -116,38 +73,24 @@ pub(crate) fn saved(target: &dyn TargetTracker) -> SavedTarget {
 pub(crate) fn restore(
     saved: SavedTarget,
     config: &TrackerConfig,
-) -> Result<Box<dyn TargetTracker>, Error> {
+) -> Result<Box<dyn DynTracker>, Error> {
     let network = config.network.as_ref();
-    Ok(match (&config.method, saved) {
-        (Method::Paper(settings), SavedTarget::Paper(saved)) => {
-            Box::new(PaperTarget::restore(saved, settings).map_err(error::snapshot)?)
-        }
+    match (&config.method, saved) {
         (Method::Robust(_), SavedTarget::Robust(_)) if network.is_some() => {
-            return Err(error::snapshot("its target was tracked without a network"));
-        }
-        (Method::Robust(settings), SavedTarget::Robust(saved)) => {
-            Box::new(RobustTarget::restore(saved, settings).map_err(error::snapshot)?)
+            Err(error::snapshot("its target was tracked without a network"))
         }
         (Method::Robust(settings), SavedTarget::Committee(members)) => {
             let [SavedTarget::Robust(filters), SavedTarget::Network(other)] = &*members else {
                 let reason = "the members of its committee are not `robust` and a network";
                 return Err(error::snapshot(reason));
             };
-            let filters = RobustTarget::restore(filters.clone(), settings);
+            let filters = RobustTarget::restore(filters.clone(), settings, None);
             let plain = NetworkConfig::default();
-            let other = NetworkTarget::restore(other.clone(), plain, network)?;
-            Box::new(committee(filters.map_err(error::snapshot)?, other, settings))
+            let other = NetworkTarget::restore(other.clone(), &plain, network)?;
+            Ok(Box::new(committee(filters?, other, settings)))
         }
-        (Method::Network(settings), SavedTarget::Network(saved)) => {
-            Box::new(NetworkTarget::restore(saved, settings.clone(), network)?)
-        }
-        (method, _) => {
-            return Err(error::snapshot(format!(
-                "its target has another method than its configuration, which says {}",
-                method.name()
-            )));
-        }
-    })
+        (method, saved) => method.restore(saved, network),
+    }
 }
 
 #[cfg(all(test, feature = "patchnet"))]

@@ -1,13 +1,12 @@
 //! One target in one video: frames are checked here, and the method does the rest.
 
 use crate::Error;
-use crate::config::TrackerConfig;
 use crate::estimate::Estimate;
+use crate::methods::{DynTracker, Observer, TrackerConfig};
 use crate::numeric::instructions::Instructions;
-use crate::observe::Observer;
 use crate::snapshot::{SavedTrack, Snapshot, VERSION};
 use crate::target::{self, Images};
-use crate::target_tracker::{Scratch, TargetTracker};
+use crate::target_tracker::Scratch;
 use crate::vision::frame::{Frame, FrameSize};
 use crate::vision::geometry::BoundingBox;
 
@@ -32,7 +31,7 @@ pub struct Tracker {
     config: TrackerConfig,
     /// The size of the frames that the target is tracked in.
     size: FrameSize,
-    target: Box<dyn TargetTracker>,
+    target: Box<dyn DynTracker>,
     estimate: Estimate,
     images: Images,
     scratch: Scratch,
@@ -121,8 +120,7 @@ impl Tracker {
 
     /// Everything that is needed to continue to the same boxes later; see [`Snapshot`].
     pub fn snapshot(&self) -> Snapshot {
-        let track =
-            SavedTrack { target: target::saved(&*self.target), estimate: self.estimate.clone() };
+        let track = SavedTrack { target: self.target.saved(), estimate: self.estimate.clone() };
         // A network is a file of its own, which the text of a snapshot does not hold.
         let config = TrackerConfig { network: None, ..self.config.clone() };
         Snapshot { version: VERSION, config, frame_size: self.size, track }

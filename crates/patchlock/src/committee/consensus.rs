@@ -1,8 +1,8 @@
 //! One estimate of two: if the boxes of both members overlap, both are believed, and their boxes are
 //! averaged; otherwise the one with more evidence is.
 
-use crate::config::RobustConfig;
 use crate::estimate::{Estimate, Status};
+use crate::robust::RobustConfig;
 use crate::vision::geometry::BoundingBox;
 use std::ops::Range;
 

@@ -3,12 +3,14 @@
 
 mod consensus;
 
-use crate::config::RobustConfig;
 use crate::estimate::Estimate;
+use crate::methods::{CommitteeView, DynTracker, FrameView, MemberView, Observer, SavedTarget};
 use crate::network_error::NetworkError;
 use crate::numeric::parallel::*;
-use crate::observe::{CommitteeView, FrameView, MemberView, Observer};
-use crate::target_tracker::{Input, Scratch, TargetTracker};
+use crate::robust::RobustConfig;
+use crate::target_tracker::{Input, Scratch};
+use crate::vision::frame::Frame;
+use crate::vision::geometry::BoundingBox;
 pub(crate) use consensus::CommitteeFit;
 use consensus::{Consensus, Vote, Weights, knows_visibility};
 
@@ -24,7 +26,7 @@ pub(crate) struct Committee {
 #[derive(Debug)]
 pub(crate) struct Member {
     name: &'static str,
-    tracker: Box<dyn TargetTracker>,
+    tracker: Box<dyn DynTracker>,
     weights: &'static Weights,
     /// What it says of the current frame. No frame depends on it.
     estimate: Estimate,
@@ -34,11 +36,6 @@ impl Committee {
     /// A committee of these members, which have begun on the same target.
     pub fn new(members: [Member; 2], config: &RobustConfig, fit: &'static CommitteeFit) -> Self {
         Self { members, config: config.clone(), fit }
-    }
-
-    /// Its members, in a fixed order.
-    pub fn members(&self) -> impl Iterator<Item = &dyn TargetTracker> {
-        self.members.iter().map(|member| &*member.tracker)
     }
 
     /// Has both members find the target, at the same time if nobody observes them.
@@ -97,7 +94,7 @@ impl Committee {
     }
 }
 
-impl TargetTracker for Committee {
+impl DynTracker for Committee {
     fn update(
         &mut self,
         input: Input<'_>,
@@ -123,13 +120,28 @@ impl TargetTracker for Committee {
         self.fill(consensus, estimate);
         Ok(())
     }
+
+    // It is no member of another committee.
+    fn log_odds_at(
+        &self,
+        _frame: &Frame<'_>,
+        _bbox: BoundingBox,
+        _scratch: &mut Scratch,
+    ) -> Result<Option<f64>, NetworkError> {
+        Ok(None)
+    }
+
+    fn saved(&self) -> SavedTarget {
+        let members = self.members.iter().map(|member| member.tracker.saved());
+        SavedTarget::Committee(members.collect())
+    }
 }
 
 impl Member {
     /// A tracker that is known by this name, and what its words are worth.
     pub fn new(
         name: &'static str,
-        tracker: Box<dyn TargetTracker>,
+        tracker: Box<dyn DynTracker>,
         weights: &'static Weights,
     ) -> Self {
         Self { name, tracker, weights, estimate: Estimate::empty() }

@@ -1,6 +1,6 @@
 //! The settings of the patch model, which `robust` and `paper` use.
 
-use super::table::{Range, group, number};
+use super::{Range, group, number};
 use crate::Error;
 use crate::patch_model::likelihood::LikelihoodParams;
 use crate::patch_model::memory::LearningStep;
@@ -81,12 +81,12 @@ group! {
 
 impl PatchModelConfig {
     /// Half as many small patches along each side: enough to see what is visible.
-    pub(super) fn coarse() -> Self {
+    pub(crate) fn coarse() -> Self {
         Self { small_step: 4, ..Self::default() }
     }
 
     /// The parameters of the patch model with this likelihood and these position weights.
-    pub(super) fn params(
+    pub(crate) fn params(
         &self,
         likelihood: LikelihoodParams,
         beta: f64,
@@ -141,7 +141,7 @@ impl PatchModelConfig {
     }
 
     /// Checks that patches fit the templates, and dictionaries their limit.
-    pub(super) fn check(&self) -> Result<(), Error> {
+    pub(crate) fn check(&self) -> Result<(), Error> {
         for (field, patch) in [("large_patch", self.large_patch), ("small_patch", self.small_patch)]
         {
             if patch > self.template_side {

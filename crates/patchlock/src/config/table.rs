@@ -56,20 +56,20 @@ pub struct Parameter {
     /// What it does, in one sentence.
     pub purpose: &'static str,
     /// Whether it is stable for the method `robust`.
-    pub(super) is_stable: bool,
+    pub(crate) is_stable: bool,
 }
 
 /// Marks a row of `robust`: a setting that a user has a reason to change. The other ones are for
 /// research: they change without notice.
-pub(super) const STABLE: bool = true;
+pub(crate) const STABLE: bool = true;
 
 /// Any number from `min` to `max`.
-pub(super) const fn number(min: f64, max: f64) -> Range {
+pub(crate) const fn number(min: f64, max: f64) -> Range {
     Range::Number { min, max }
 }
 
 /// The type of a setting.
-pub(super) trait Setting: Sized {
+pub(crate) trait Setting: Sized {
     const KIND: Kind;
 
     fn value(&self) -> Value;
@@ -165,7 +165,7 @@ word_settings!(Gamma, Scales);
 ///
 /// # Errors
 /// [`Error::SettingKind`] for a value of another kind; [`Error::Config`] for one out of range.
-pub(super) fn checked<T: Setting>(parameter: &Parameter, value: &Value) -> Result<T, Error> {
+pub(crate) fn checked<T: Setting>(parameter: &Parameter, value: &Value) -> Result<T, Error> {
     let Parameter { name, kind, range, .. } = *parameter;
     let outside =
         || Error::Config { field: name, value: value.to_string(), allowed: range.to_string() };
@@ -213,56 +213,58 @@ macro_rules! group {
         }
 
         impl $name {
+            /// The name of this group.
+            pub(crate) const NAME: &'static str = $title;
+
             /// The rows of this group.
-            pub(super) const ROWS: &'static [$crate::config::Parameter] = &[$($(
+            pub(crate) const ROWS: &'static [$crate::config::Parameter] = &[$($(
                 $crate::config::Parameter {
-                    group: $title,
+                    group: Self::NAME,
                     name: stringify!($field),
-                    kind: <$ty as $crate::config::table::Setting>::KIND,
+                    kind: <$ty as $crate::config::Setting>::KIND,
                     range: $range,
                     source: $source,
                     purpose: concat!($($doc),+).trim_ascii(),
                     is_stable: false $(|| $stable)?,
                 },
             )*)*];
+        }
 
-            /// The value of the setting of this name, if the group or the one in it has it.
-            pub(super) fn get(&self, name: &str) -> Option<$crate::value::Value> {
+        impl $crate::config::SettingsGroup for $name {
+            fn get(&self, name: &str) -> Option<$crate::value::Value> {
                 match name {
                     $($(stringify!($field) => {
-                        Some($crate::config::table::Setting::value(&self.$field))
+                        Some($crate::config::Setting::value(&self.$field))
                     })*)*
-                    _ => None $(.or_else(|| self.$inner.get(name)))?,
+                    _ => None $(.or_else(|| $crate::config::SettingsGroup::get(&self.$inner, name)))?,
                 }
             }
 
-            /// Changes a setting of this group or the one in it.
-            pub(super) fn set(
+            fn set(
                 &mut self,
                 parameter: &$crate::config::Parameter,
                 value: &$crate::value::Value,
             ) -> Result<(), $crate::Error> {
                 match parameter.name {
                     $($(stringify!($field) => {
-                        self.$field = $crate::config::table::checked(parameter, value)?;
+                        self.$field = $crate::config::checked(parameter, value)?;
                     })*)*
-                    _ => { $(self.$inner.set(parameter, value)?;)? }
+                    _ => { $($crate::config::SettingsGroup::set(&mut self.$inner, parameter, value)?;)? }
                 }
                 Ok(())
             }
 
-            /// Checks all ranges, those of the group in this one included.
-            pub(super) fn check_ranges(&self) -> Result<(), $crate::Error> {
+            fn check_ranges(&self) -> Result<(), $crate::Error> {
                 $($(
-                    if !$crate::config::table::Setting::within(&self.$field, $range) {
+                    if !$crate::config::Setting::within(&self.$field, $range) {
                         return Err($crate::Error::Config {
                             field: stringify!($field),
-                            value: $crate::config::table::Setting::value(&self.$field).to_string(),
+                            value: $crate::config::Setting::value(&self.$field).to_string(),
                             allowed: $range.to_string(),
                         });
                     }
                 )*)*
-                $(self.$inner.check_ranges()?;)?
+                $($crate::config::SettingsGroup::check_ranges(&self.$inner)?;)?
                 Ok(())
             }
         }
@@ -270,7 +272,7 @@ macro_rules! group {
 }
 
 /// All rows one after the other.
-pub(super) const fn concat<const COUNT: usize>(groups: &[&[Parameter]]) -> [Parameter; COUNT] {
+pub(crate) const fn concat<const COUNT: usize>(groups: &[&[Parameter]]) -> [Parameter; COUNT] {
     let mut all = [groups[0][0]; COUNT];
     let (mut group, mut next) = (0, 0);
     while group < groups.len() {
@@ -285,4 +287,4 @@ pub(super) const fn concat<const COUNT: usize>(groups: &[&[Parameter]]) -> [Para
     all
 }
 
-pub(super) use group;
+pub(crate) use group;

@@ -4,19 +4,22 @@
 //! the first frame, which cannot drift.
 
 mod classifier;
+mod config;
+mod view;
 
-use crate::config::NetworkConfig;
 use crate::estimate::{Estimate, Status};
-use crate::network::predictions::{Buffers, CellPredictions, CentredBox, Detection, logistic};
+use crate::network::predictions::{Buffers, CentredBox, logistic};
 use crate::network::{Network, TemplateUpdate};
 use crate::network_error::NetworkError;
 use crate::numeric::numbers::Numbers;
-use crate::observe::{FrameView, NetworkView, Observer};
-use crate::target_tracker::{Input, Scratch, TargetTracker};
+use crate::target_tracker::{Input, Show, Start, TargetTracker};
 use crate::vision::frame::{Frame, FrameSize};
 use crate::vision::geometry::{BoundingBox, MAX_SIDE};
+use crate::{Error, error};
 use classifier::{Classifier, ClassifierScratch, Label};
+pub use config::NetworkConfig;
 use serde::{Deserialize, Serialize};
+pub use view::NetworkView;
 
 /// The shortest side of a target, in pixels.
 const MIN_SIDE: f64 = 10.0;
@@ -91,14 +94,14 @@ impl NetworkTarget {
     /// logarithmic scale, that is taken out of all later boxes.
     ///
     /// # Errors
-    /// [`NetworkError::Runtime`] if the network fails.
-    pub fn begin(
-        network: &Network,
-        frame: &Frame<'_>,
-        bbox: BoundingBox,
-        (config, fit): (NetworkConfig, f64),
+    /// [`NetworkError::None`] if there is no network; [`NetworkError::Runtime`] if it fails.
+    pub fn fitted(
+        start: Start<'_>,
+        (config, fit): (&NetworkConfig, f64),
         scratch: &mut NetworkScratch,
     ) -> Result<(Self, Estimate), NetworkError> {
+        let Start { input: Input { frame, .. }, bbox, network, .. } = start;
+        let network = network.ok_or(NetworkError::None)?;
         let (place, border) = (CentredBox::of(bbox), frame.mean_colour());
         let (family, buffers) = (network.family(), &mut scratch.buffers);
         let mut first = Vec::new();
@@ -119,7 +122,7 @@ impl NetworkTarget {
             });
         }
         let template = Template { current: first.clone(), first };
-        let network = network.clone();
+        let (network, config) = (network.clone(), config.clone());
         let target = Self { network, place, border, template, classifier, factor, config };
         let mut estimate = Estimate::empty();
         fill(place, 1.0, Status::Tracked, &mut estimate);
@@ -161,67 +164,31 @@ impl NetworkTarget {
         }
         Ok(())
     }
-
-    /// The target as a snapshot holds it.
-    pub fn saved(&self) -> SavedNetwork {
-        SavedNetwork {
-            network: self.network.hash().to_owned(),
-            place: self.place,
-            border: self.border,
-            template: self.template.clone(),
-            classifier: self.classifier.as_ref().map(Classifier::saved),
-            factor: self.factor,
-        }
-    }
-
-    /// A target that continues from a saved one.
-    ///
-    /// # Errors
-    /// The network is missing or another one, or the numbers do not fit it.
-    pub fn restore(
-        saved: SavedNetwork,
-        config: NetworkConfig,
-        network: Option<&Network>,
-    ) -> Result<Self, crate::Error> {
-        let SavedNetwork { network: needed, place, border, template, classifier, factor } = saved;
-        let Some(network) = network.filter(|network| network.hash() == needed) else {
-            let given = network.map(|network| network.hash().to_owned());
-            return Err(NetworkError::Other { needed, given }.into());
-        };
-        let Template { first, current } = &template;
-        let numbers = border.iter().chain(first).chain(current).all(|number| number.is_finite());
-        let factors = factor.iter().all(|f| (1.0 / MOST_FACTOR..=MOST_FACTOR).contains(f));
-        let is_place = place.is_sound() && place.size.iter().all(|&side| side <= MAX_SIDE);
-        if !(is_place && numbers && factors) {
-            return Err(crate::error::snapshot("a number of its target is out of range"));
-        }
-        let length = network.family().template_length();
-        if [&template.first, &template.current].iter().any(|numbers| numbers.len() != length) {
-            return Err(crate::error::snapshot(
-                "its template has another length than its network's",
-            ));
-        }
-        let channels = network.family().channels();
-        let classifier = classifier.zip(channels).and_then(|(c, n)| Classifier::restore(c, n));
-        if classifier.is_some() != channels.is_some() {
-            let reason = "its classifier does not fit its network";
-            return Err(crate::error::snapshot(reason));
-        }
-        let network = network.clone();
-        Ok(Self { network, place, border, template, classifier, factor, config })
-    }
 }
 
 impl TargetTracker for NetworkTarget {
+    type Config = NetworkConfig;
+    type Scratch = NetworkScratch;
+    type Snapshot = SavedNetwork;
+    type View<'a> = NetworkView<'a>;
+
+    fn begin(
+        start: Start<'_>,
+        config: &NetworkConfig,
+        scratch: &mut NetworkScratch,
+    ) -> Result<(Self, Estimate), Error> {
+        Ok(Self::fitted(start, (config, 0.0), scratch)?)
+    }
+
     // On an error nothing has changed.
     fn update(
         &mut self,
         input: Input<'_>,
-        scratch: &mut Scratch,
-        observer: Option<&mut dyn Observer>,
+        scratch: &mut NetworkScratch,
+        show: Show<'_, Self>,
         estimate: &mut Estimate,
     ) -> Result<(), NetworkError> {
-        let (frame, scratch) = (input.frame, scratch.of::<NetworkScratch>());
+        let frame = input.frame;
         let family = self.network.family();
         family.predict(
             frame,
@@ -232,9 +199,8 @@ impl TargetTracker for NetworkTarget {
         )?;
         self.classify(scratch);
         let detected = family.detect(&scratch.buffers.predictions, self.place);
-        if let Some(observer) = observer {
-            let view = view(&scratch.buffers.predictions, detected);
-            observer.observe(&FrameView::Network(view));
+        if let Some(show) = show {
+            show(NetworkView::of(&scratch.buffers.predictions, detected));
         }
         let place = within(detected.place, frame.size());
         let mut log_odds = family.odds(scratch.buffers.predictions.logits[detected.cell]);
@@ -256,12 +222,54 @@ impl TargetTracker for NetworkTarget {
         &self,
         frame: &Frame<'_>,
         bbox: BoundingBox,
-        scratch: &mut Scratch,
+        scratch: &mut NetworkScratch,
     ) -> Result<Option<f64>, NetworkError> {
-        let (family, NetworkScratch { buffers, .. }) = (self.network.family(), scratch.of());
+        let (family, NetworkScratch { buffers, .. }) = (self.network.family(), scratch);
         let (border, template) = (self.border, &self.template.first);
         family.predict(frame, border, template, CentredBox::of(bbox), buffers)?;
         Ok(Some(family.odds(buffers.predictions.centre_logit())))
+    }
+
+    fn saved(&self) -> SavedNetwork {
+        SavedNetwork {
+            network: self.network.hash().to_owned(),
+            place: self.place,
+            border: self.border,
+            template: self.template.clone(),
+            classifier: self.classifier.as_ref().map(Classifier::saved),
+            factor: self.factor,
+        }
+    }
+
+    fn restore(
+        saved: SavedNetwork,
+        config: &NetworkConfig,
+        network: Option<&Network>,
+    ) -> Result<Self, Error> {
+        let SavedNetwork { network: needed, place, border, template, classifier, factor } = saved;
+        let Some(network) = network.filter(|network| network.hash() == needed) else {
+            let given = network.map(|network| network.hash().to_owned());
+            return Err(NetworkError::Other { needed, given }.into());
+        };
+        let Template { first, current } = &template;
+        let numbers = border.iter().chain(first).chain(current).all(|number| number.is_finite());
+        let factors = factor.iter().all(|f| (1.0 / MOST_FACTOR..=MOST_FACTOR).contains(f));
+        let is_place = place.is_sound() && place.size.iter().all(|&side| side <= MAX_SIDE);
+        if !(is_place && numbers && factors) {
+            return Err(error::snapshot("a number of its target is out of range"));
+        }
+        let length = network.family().template_length();
+        if [&template.first, &template.current].iter().any(|numbers| numbers.len() != length) {
+            return Err(error::snapshot("its template has another length than its network's"));
+        }
+        let channels = network.family().channels();
+        let classifier = classifier.zip(channels).and_then(|(c, n)| Classifier::restore(c, n));
+        if classifier.is_some() != channels.is_some() {
+            let reason = "its classifier does not fit its network";
+            return Err(error::snapshot(reason));
+        }
+        let (network, config) = (network.clone(), config.clone());
+        Ok(Self { network, place, border, template, classifier, factor, config })
     }
 }
 
@@ -289,16 +297,6 @@ fn fill(place: CentredBox, score: f64, status: Status, out: &mut Estimate) {
     out.bbox = bbox;
     out.corners = [[bbox.x, bbox.y], [right, bbox.y], [right, bottom], [bbox.x, bottom]];
     (out.score, out.status, out.visibility) = (score, status, None);
-}
-
-fn view(predictions: &CellPredictions, detected: Detection) -> NetworkView<'_> {
-    NetworkView {
-        cells: predictions.scores.len().isqrt(),
-        scores: &predictions.scores,
-        logits: &predictions.logits,
-        chosen: detected.cell,
-        seen: predictions.places[detected.cell].bbox(),
-    }
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! The motion model (Sec. 2): independent Gaussian noise around the last estimate.
 
 use super::LEAST_AREA;
-use crate::config::PaperConfig;
+use super::PaperConfig;
 use crate::vision::state::State;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;

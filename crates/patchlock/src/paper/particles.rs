@@ -97,7 +97,7 @@ pub fn most_likely(likelihoods: &[f64]) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::PaperConfig;
+    use crate::paper::PaperConfig;
 
     const LAST: State =
         State { x: 100.0, y: 50.0, scale: 1.2, rotation: 0.1, aspect: 0.8, skew: 0.0 };

@@ -1,7 +1,6 @@
 //! A target of the paper's tracker between two frames, as a snapshot holds it.
 
-use super::{LEAST_AREA, PaperTarget};
-use crate::config::PaperConfig;
+use super::{LEAST_AREA, PaperConfig, PaperTarget};
 use crate::patch_model::memory::PatchMemory;
 use crate::patch_model::model::PatchModel;
 use crate::vision::state::State;
@@ -23,24 +22,19 @@ pub(crate) struct SavedPaper {
     pub model: PatchMemory,
 }
 
-impl PaperTarget {
+impl SavedPaper {
     /// The target as a snapshot holds it.
-    pub fn saved(&self) -> SavedPaper {
-        let Self { state, rng, frames, model, .. } = self;
-        SavedPaper {
-            state: *state,
-            rng: rng.clone(),
-            frames: *frames,
-            model: model.memory().clone(),
-        }
+    pub fn of(target: &PaperTarget) -> Self {
+        let PaperTarget { state, rng, frames, model, .. } = target;
+        Self { state: *state, rng: rng.clone(), frames: *frames, model: model.memory().clone() }
     }
 
     /// A target that continues from a saved one.
     ///
     /// # Errors
     /// What does not fit the configuration.
-    pub fn restore(saved: SavedPaper, config: &PaperConfig) -> Result<Self, &'static str> {
-        let SavedPaper { state, rng, frames, model } = saved;
+    pub fn target(self, config: &PaperConfig) -> Result<PaperTarget, &'static str> {
+        let Self { state, rng, frames, model } = self;
         if frames > MAX_FRAMES {
             return Err("it has counted more frames than a video has");
         }
@@ -59,6 +53,6 @@ impl PaperTarget {
         }
         model.check(&config.patch_params(), config.patches.update_interval)?;
         let model = PatchModel::restore(model, config.patch_params());
-        Ok(Self { state, rng, frames, model, config: config.clone() })
+        Ok(PaperTarget { state, rng, frames, model, config: config.clone() })
     }
 }

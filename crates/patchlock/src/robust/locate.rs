@@ -1,6 +1,7 @@
 //! The filter that tracks: from the place on the last frame to the one on this frame, whose rotation
 //! and size are then measured.
 
+use super::RobustConfig;
 use super::camera::{CameraBuffers, CameraRotation, MARGIN};
 use super::colours;
 use super::hypothesis::Hypothesis;
@@ -9,7 +10,6 @@ use super::pose::Pose;
 use super::rotation::RotationEstimator;
 use super::tracking_filter;
 use super::window::{Sample, SampleBuffers, Window};
-use crate::config::RobustConfig;
 use crate::correlation::filter::{FilterLearner, FilterScratch};
 use crate::correlation::histogram::{Histograms, MapScratch, Rates};
 use crate::correlation::response::ResponseBuffers;

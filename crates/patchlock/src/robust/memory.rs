@@ -1,9 +1,9 @@
 //! The memory: the mean of the tracking filter over sure frames. It says how sure a place is, and
 //! where else the target could be.
 
+use super::RobustConfig;
 use super::hypothesis::Hypothesis;
 use super::window::{Sample, Window};
-use crate::config::RobustConfig;
 use crate::correlation::response::{Response, ResponseBuffers};
 use crate::numeric::numbers::Numbers;
 use serde::{Deserialize, Serialize};

@@ -5,6 +5,7 @@
 
 mod camera;
 mod colours;
+mod config;
 mod evidence;
 mod hypothesis;
 mod locate;
@@ -21,15 +22,15 @@ mod tracking_filter;
 mod view;
 mod window;
 
-use crate::config::RobustConfig;
 use crate::estimate::Estimate;
+use crate::network::Network;
 use crate::network_error::NetworkError;
-use crate::observe::{FrameView, Observer};
 use crate::patch_model::memory::LearningScratch;
 use crate::patch_model::visibility::Visibility;
-use crate::target_tracker::{Input, Scratch, TargetTracker};
+use crate::target_tracker::{Input, Show, Start, TargetTracker};
 use crate::vision::frame::Frame;
-use crate::vision::geometry::BoundingBox;
+use crate::{Error, error};
+pub use config::RobustConfig;
 use evidence::Evidence;
 use locate::{FrameContext, Locator, LocatorScratch};
 use memory::Memory;
@@ -38,6 +39,7 @@ use pose::Pose;
 pub(crate) use saved::SavedRobust;
 use search::{Detection, Searcher};
 use status::{Phase, TrackState};
+pub use view::RobustView;
 use window::{SampleBuffers, Window};
 
 /// Elsewhere than where an unseen target is followed, the memory has to be this many times surer.
@@ -68,32 +70,6 @@ pub(crate) struct RobustScratch {
 }
 
 impl RobustTarget {
-    /// Begins on the target in this box of the first frame.
-    pub fn begin(
-        frame: &Frame<'_>,
-        bbox: BoundingBox,
-        (seed, config): (u64, &RobustConfig),
-        scratch: &mut RobustScratch,
-    ) -> (Self, Estimate) {
-        let RobustScratch { sample, locator: buffers, seen, .. } = scratch;
-        let pose = Pose::first(bbox);
-        let window = Window::begin(frame, bbox, config, sample);
-        let sample = window.sample(frame, pose, sample);
-        let locator = Locator::begin(frame, &sample, config, buffers);
-        let memory = Memory::begin(&sample, locator.filter(), &mut buffers.memory);
-        let occlusion = OcclusionModel::begin(frame, sample.region(), (seed, config));
-        let mut estimate = Estimate::empty();
-        let visibility = estimate.visibility.get_or_insert_default();
-        let seen = occlusion.observe(frame, sample.region(), config, seen, visibility);
-        let known = memory.recognise(&sample, config, &mut buffers.memory);
-        let evidence = Evidence::new(known, seen.shares(), locator.contrast());
-        let state = TrackState::first(&evidence);
-        output::fill(pose, window.base(), state.result(&evidence, config), &mut estimate);
-        let config = config.clone();
-        let target = Self { pose, window, locator, memory, occlusion, state, frames: 0, config };
-        (target, estimate)
-    }
-
     /// Moves to where the filters follow the target to.
     fn follow(&mut self, frame: &Frame<'_>, scratch: &mut RobustScratch) {
         let Self { pose, window, locator, memory, config, .. } = self;
@@ -144,14 +120,44 @@ impl RobustTarget {
 }
 
 impl TargetTracker for RobustTarget {
+    type Config = RobustConfig;
+    type Scratch = RobustScratch;
+    type Snapshot = SavedRobust;
+    type View<'a> = RobustView<'a>;
+
+    fn begin(
+        start: Start<'_>,
+        config: &RobustConfig,
+        scratch: &mut RobustScratch,
+    ) -> Result<(Self, Estimate), Error> {
+        let Start { input: Input { frame, .. }, bbox, seed, .. } = start;
+        let RobustScratch { sample, locator: buffers, seen, .. } = scratch;
+        let pose = Pose::first(bbox);
+        let window = Window::begin(frame, bbox, config, sample);
+        let sample = window.sample(frame, pose, sample);
+        let locator = Locator::begin(frame, &sample, config, buffers);
+        let memory = Memory::begin(&sample, locator.filter(), &mut buffers.memory);
+        let occlusion = OcclusionModel::begin(frame, sample.region(), (seed, config));
+        let mut estimate = Estimate::empty();
+        let visibility = estimate.visibility.get_or_insert_default();
+        let seen = occlusion.observe(frame, sample.region(), config, seen, visibility);
+        let known = memory.recognise(&sample, config, &mut buffers.memory);
+        let evidence = Evidence::new(known, seen.shares(), locator.contrast());
+        let state = TrackState::first(&evidence);
+        output::fill(pose, window.base(), state.result(&evidence, config), &mut estimate);
+        let config = config.clone();
+        let target = Self { pose, window, locator, memory, occlusion, state, frames: 0, config };
+        Ok((target, estimate))
+    }
+
     fn update(
         &mut self,
         input: Input<'_>,
-        scratch: &mut Scratch,
-        observer: Option<&mut dyn Observer>,
+        scratch: &mut RobustScratch,
+        show: Show<'_, Self>,
         estimate: &mut Estimate,
     ) -> Result<(), NetworkError> {
-        let (frame, scratch) = (input.frame, scratch.of());
+        let frame = input.frame;
         self.frames += 1;
         // The place: followed from the last one or, after a loss, from where the target is found.
         let last = self.pose;
@@ -187,10 +193,21 @@ impl TargetTracker for RobustTarget {
             self.pose = pose;
         }
         output::fill(pose, self.window.base(), decision.result, estimate);
-        if let Some(observer) = observer {
-            let view = self.view((frame, pose), &evidence, scratch);
-            observer.observe(&FrameView::Robust(view));
+        if let Some(show) = show {
+            show(self.view((frame, pose), &evidence, scratch));
         }
         Ok(())
+    }
+
+    fn saved(&self) -> SavedRobust {
+        SavedRobust::of(self)
+    }
+
+    fn restore(
+        saved: SavedRobust,
+        config: &RobustConfig,
+        _network: Option<&Network>,
+    ) -> Result<Self, Error> {
+        saved.target(config).map_err(error::snapshot)
     }
 }

@@ -1,7 +1,7 @@
 //! The paper's patch model, asked about the one box that was found: which parts of the target are
 //! visible.
 
-use crate::config::RobustConfig;
+use super::RobustConfig;
 use crate::patch_model::memory::{LearningScratch, PatchMemory};
 use crate::patch_model::model::{PatchErrorScratch, PatchModel};
 use crate::patch_model::templates;

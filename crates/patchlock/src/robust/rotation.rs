@@ -1,10 +1,10 @@
 //! The target's rotation in the frame: measured on a log-polar grid, and checked by tracking filter and
 //! memory.
 
+use super::RobustConfig;
 use super::hypothesis::Hypothesis;
 use super::locate::FrameContext;
 use super::pose::Pose;
-use crate::config::RobustConfig;
 use crate::correlation::rotation::{RotationEstimate, RotationLearner, RotationScratch};
 use crate::correlation::spectral_filter::SpectralFilter;
 use crate::vision::crop::Region;

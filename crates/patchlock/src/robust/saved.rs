@@ -1,13 +1,12 @@
 //! A target between two frames, as a snapshot holds it.
 
-use super::RobustTarget;
 use super::locate::{Locator, LocatorState};
 use super::memory::Memory;
 use super::occlusion::{OcclusionModel, SavedOcclusionModel};
 use super::pose::Pose;
 use super::status::TrackState;
 use super::window::{Window, WindowShape};
-use crate::config::RobustConfig;
+use super::{RobustConfig, RobustTarget};
 use serde::{Deserialize, Serialize};
 
 /// More frames than any video has; counting on from here never overflows.
@@ -25,11 +24,11 @@ pub(crate) struct SavedRobust {
     frames: u64,
 }
 
-impl RobustTarget {
+impl SavedRobust {
     /// The target as a snapshot holds it.
-    pub fn saved(&self) -> SavedRobust {
-        let Self { pose, window, locator, memory, occlusion, state, frames, .. } = self;
-        SavedRobust {
+    pub fn of(target: &RobustTarget) -> Self {
+        let RobustTarget { pose, window, locator, memory, occlusion, state, frames, .. } = target;
+        Self {
             pose: *pose,
             window: window.shape(),
             locator: locator.saved(),
@@ -44,8 +43,8 @@ impl RobustTarget {
     ///
     /// # Errors
     /// What is damaged, or does not fit the configuration.
-    pub fn restore(saved: SavedRobust, config: &RobustConfig) -> Result<Self, &'static str> {
-        let SavedRobust { pose, window, locator, memory, occlusion, state, frames } = saved;
+    pub fn target(self, config: &RobustConfig) -> Result<RobustTarget, &'static str> {
+        let Self { pose, window, locator, memory, occlusion, state, frames } = self;
         if frames > MAX_FRAMES {
             return Err("it has counted more frames than a video has");
         }
@@ -58,7 +57,7 @@ impl RobustTarget {
         let window = Window::restore(window)?;
         let locator = Locator::restore(locator, &window, config)?;
         memory.check(&window)?;
-        Ok(Self {
+        Ok(RobustTarget {
             pose,
             locator,
             memory,

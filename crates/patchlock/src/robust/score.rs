@@ -1,7 +1,7 @@
 //! The score: how probably the box is right.
 
+use super::RobustConfig;
 use super::evidence::Evidence;
-use crate::config::RobustConfig;
 use serde::{Deserialize, Serialize};
 
 /// The contrast of colours in the first frame counts as at least this,

@@ -1,9 +1,9 @@
 //! The search after a loss: the memory looks at a few windows of the frame at a time.
 
+use super::RobustConfig;
 use super::locate::FrameContext;
 use super::pose::Pose;
 use super::window::{SampleBuffers, Window};
-use crate::config::RobustConfig;
 use crate::correlation::response::ResponseBuffers;
 use crate::vision::frame::FrameSize;
 

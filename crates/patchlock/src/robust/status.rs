@@ -1,10 +1,10 @@
 //! The state machine: from the evidence of a frame to phase, status, and which models learn. It sees
 //! no frame.
 
+use super::RobustConfig;
 use super::evidence::Evidence;
 use super::pose::Pose;
 use super::score::RunningMeans;
-use crate::config::RobustConfig;
 use crate::estimate::Status;
 use serde::{Deserialize, Serialize};
 

@@ -1,9 +1,9 @@
 //! The tracking filter: a correlation filter that learns on every frame.
 
+use super::RobustConfig;
 use super::colours::ColourMap;
 use super::hypothesis::Hypothesis;
 use super::window::{Sample, Window};
-use crate::config::RobustConfig;
 use crate::correlation::filter::{FilterLearner, FilterParams};
 use crate::correlation::response::{Response, ResponseBuffers};
 

@@ -1,8 +1,8 @@
 //! The square window around a place, and the sample that it shows: a patch, its features, their
 //! spectra.
 
+use super::RobustConfig;
 use super::pose::Pose;
-use crate::config::RobustConfig;
 use crate::correlation::batch::Mask;
 use crate::correlation::features::{FeatureScratch, Features};
 use crate::correlation::fhog::CELL;

@@ -1,9 +1,10 @@
 //! The settings of the method `robust`.
 
-use super::info::{MethodInfo, NetworkUse};
-use super::table::{Range, STABLE, group, number};
-use super::{PaperConfig, PatchModelConfig};
 use crate::Error;
+use crate::config::{
+    MethodConfig, MethodInfo, NetworkUse, Parameter, PatchModelConfig, Range, STABLE, group, number,
+};
+use crate::patch_model::likelihood::{Gamma, LikelihoodParams, Scales};
 use crate::patch_model::params::PatchParams;
 
 group! {
@@ -197,40 +198,52 @@ group! {
 }
 
 impl RobustConfig {
-    pub(super) const INFO: MethodInfo = MethodInfo {
-        name: "robust",
-        purpose: "the most accurate; reports a loss and searches for the target",
-        family: "correlation filters",
-        title: "Visual object tracker by correlation filters with a long-term memory",
-        network: NetworkUse::Optional,
-        score_is_probability: true,
-        megabytes: 1,
-    };
-
     /// The parameters of the patch model. Its weighing of candidates is not used.
     pub(crate) fn patch_params(&self) -> PatchParams {
-        let paper = PaperConfig { patches: self.patches.clone(), ..PaperConfig::default() };
-        let mut params = paper.patch_params();
+        let likelihood = LikelihoodParams {
+            epsilon: self.patches.epsilon,
+            occlusion_weights: true,
+            gamma: Gamma::ExpVisible,
+            scales: Scales::Both,
+        };
+        let mut params = self.patches.params(likelihood, 0.8, true);
         // One candidate is looked at in each frame.
         params.scale.keeps_products = false;
         params
     }
+}
 
-    /// Whether the tracker reads this setting: those of rotation count only if it is followed.
-    pub(super) fn reads(&self, name: &str) -> bool {
+impl MethodConfig for RobustConfig {
+    fn info(&self) -> &'static MethodInfo {
+        &MethodInfo {
+            name: Self::NAME,
+            purpose: "the most accurate; reports a loss and searches for the target",
+            family: "correlation filters",
+            title: "Visual object tracker by correlation filters with a long-term memory",
+            network: NetworkUse::Optional,
+            score_is_probability: true,
+            megabytes: 1,
+        }
+    }
+
+    fn patches(&self) -> Option<&PatchModelConfig> {
+        Some(&self.patches)
+    }
+
+    // Those of rotation count only if it is followed, and some only with a network.
+    fn reads(&self, name: &str, has_network: bool) -> bool {
         match name.split('_').next() {
             Some("rotation" | "turning") => self.rotate,
+            Some("network" | "agree") => has_network,
             _ => true,
         }
     }
 
-    /// Whether the setting counts only if there is a network.
-    pub(super) fn needs_network(name: &str) -> bool {
-        ["network_", "agree_"].iter().any(|group| name.starts_with(group))
+    fn is_stable(&self, row: &Parameter) -> bool {
+        row.is_stable
     }
 
-    /// Checks the settings that a range cannot express.
-    pub(super) fn check(&self) -> Result<(), Error> {
+    fn check(&self) -> Result<(), Error> {
         if self.scale_count.is_multiple_of(2) {
             return Err(Error::Config {
                 field: "scale_count",

@@ -1,27 +1,12 @@
 //! Presets: named settings to begin with.
 
-use super::{Method, MethodInfo, NetworkConfig, PaperConfig, RobustConfig};
+use super::Preset;
 use crate::Error;
+use crate::config::MethodInfo;
 use std::fmt;
 use std::str::FromStr;
 
-/// Named settings to begin with.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-#[non_exhaustive]
-pub enum Preset {
-    /// The default: correlation filters follow the target, a memory finds it again after a loss.
-    #[default]
-    Robust,
-    /// The tracker of the paper.
-    Paper,
-    /// A network alone; see [`TrackerConfig::network`](crate::TrackerConfig::network).
-    Network,
-}
-
 impl Preset {
-    /// All presets, the default first.
-    pub const ALL: [Self; 3] = [Self::Robust, Self::Paper, Self::Network];
-
     /// The name, in lower case.
     pub fn name(self) -> &'static str {
         self.info().name
@@ -31,14 +16,11 @@ impl Preset {
     pub fn info(self) -> &'static MethodInfo {
         self.method().info()
     }
+}
 
-    /// The method and its settings.
-    pub(super) fn method(self) -> Method {
-        match self {
-            Self::Robust => Method::Robust(RobustConfig::default()),
-            Self::Paper => Method::Paper(PaperConfig::default()),
-            Self::Network => Method::Network(NetworkConfig::default()),
-        }
+impl Default for Preset {
+    fn default() -> Self {
+        Self::ALL[0]
     }
 }
 

@@ -1,5 +1,6 @@
-//! What the network saw, for an observer.
+//! What an observer is shown of a frame of the method `network`.
 
+use crate::network::predictions::{CellPredictions, Detection};
 use crate::vision::geometry::BoundingBox;
 
 /// The intermediate results of the method `network` in one frame.
@@ -17,4 +18,17 @@ pub struct NetworkView<'a> {
     pub chosen: usize,
     /// The box that the chosen cell saw, before the size was smoothed.
     pub seen: BoundingBox,
+}
+
+impl<'a> NetworkView<'a> {
+    /// What was predicted, and the cell that was chosen.
+    pub(super) fn of(predictions: &'a CellPredictions, detected: Detection) -> Self {
+        Self {
+            cells: predictions.scores.len().isqrt(),
+            scores: &predictions.scores,
+            logits: &predictions.logits,
+            chosen: detected.cell,
+            seen: predictions.places[detected.cell].bbox(),
+        }
+    }
 }

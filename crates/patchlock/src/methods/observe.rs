@@ -1,5 +1,6 @@
-//! What an observer is shown of a frame of a committee.
+//! Access to the intermediate results of a tracker, with one kind of view per method.
 
+use super::FrameView;
 use crate::estimate::Estimate;
 
 /// What the members of a committee said of a frame. The observer is shown the view of each member
@@ -26,4 +27,17 @@ pub struct MemberView {
     pub judgement: Option<f64>,
     /// Whether its box is part of the committee's.
     pub is_believed: bool,
+}
+
+/// Receives the view of each frame. Implemented by every `FnMut(&FrameView)`.
+pub trait Observer {
+    /// Called once per frame, with a committee once per member and once for all, that [`Tracker::update_observed`](crate::Tracker::update_observed)
+    /// tracks.
+    fn observe(&mut self, view: &FrameView<'_>);
+}
+
+impl<F: FnMut(&FrameView<'_>)> Observer for F {
+    fn observe(&mut self, view: &FrameView<'_>) {
+        self(view);
+    }
 }

@@ -1,8 +1,6 @@
 //! The settings of the method `paper`.
 
-use super::PatchModelConfig;
-use super::info::{MethodInfo, NetworkUse};
-use super::table::{Range, group, number};
+use crate::config::{MethodConfig, MethodInfo, NetworkUse, PatchModelConfig, Range, group, number};
 use crate::patch_model::likelihood::{Gamma, LikelihoodParams, Scales};
 use crate::patch_model::params::PatchParams;
 
@@ -42,16 +40,6 @@ group! {
 }
 
 impl PaperConfig {
-    pub(super) const INFO: MethodInfo = MethodInfo {
-        name: "paper",
-        purpose: "the tracker of the paper, for comparison",
-        family: "sparse appearance",
-        title: "Visual object tracker by structural local sparse appearance",
-        network: NetworkUse::Unused,
-        score_is_probability: false,
-        megabytes: 20,
-    };
-
     /// The parameters of the patch model.
     #[doc(hidden)]
     pub fn patch_params(&self) -> PatchParams {
@@ -62,5 +50,27 @@ impl PaperConfig {
             scales: self.scales,
         };
         self.patches.params(likelihood, self.beta, self.position_weights)
+    }
+}
+
+impl MethodConfig for PaperConfig {
+    fn info(&self) -> &'static MethodInfo {
+        &MethodInfo {
+            name: Self::NAME,
+            purpose: "the tracker of the paper, for comparison",
+            family: "sparse appearance",
+            title: "Visual object tracker by structural local sparse appearance",
+            network: NetworkUse::Unused,
+            score_is_probability: false,
+            megabytes: 20,
+        }
+    }
+
+    fn patches(&self) -> Option<&PatchModelConfig> {
+        Some(&self.patches)
+    }
+
+    fn needs_grey(&self) -> bool {
+        true
     }
 }
