@@ -246,7 +246,7 @@ fn ranges_and_names_are_named_by_keywords() {
         "runtime= takes the library",
         "given: b (give its files with model=)",
         "the backbone is missing (give both files, or their folder)",
-        "my.toml: unknown setting `particels` (did you mean particles?)",
+        "p: unknown setting `particels` (did you mean particles?)",
     ] {
         assert!(said.iter().any(|text| text.contains(expected)), "{expected}");
     }
