@@ -40,7 +40,7 @@ pub(crate) trait TargetTracker: Debug + Send + Sync + Sized + 'static {
         &mut self,
         input: Input<'_>,
         scratch: &mut Self::Scratch,
-        show: Show<'_, Self>,
+        show: ViewSink<'_, Self>,
         estimate: &mut Estimate,
     ) -> Result<(), NetworkError>;
 
@@ -74,7 +74,7 @@ pub(crate) trait TargetTracker: Debug + Send + Sync + Sized + 'static {
 }
 
 /// Shows the view of a frame. `None` if nobody looks: then no view is made.
-pub(crate) type Show<'a, T> = Option<&'a mut dyn FnMut(<T as TargetTracker>::View<'_>)>;
+pub(crate) type ViewSink<'a, T> = Option<&'a mut dyn FnMut(<T as TargetTracker>::View<'_>)>;
 
 /// A frame, in the forms that trackers work on.
 #[derive(Clone, Copy)]

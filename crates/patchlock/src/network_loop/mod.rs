@@ -12,7 +12,7 @@ use crate::network::predictions::{Buffers, CentredBox, logistic};
 use crate::network::{Network, TemplateUpdate};
 use crate::network_error::NetworkError;
 use crate::numeric::numbers::Numbers;
-use crate::target_tracker::{Input, Show, Start, TargetTracker};
+use crate::target_tracker::{Input, Start, TargetTracker, ViewSink};
 use crate::vision::frame::{Frame, FrameSize};
 use crate::vision::geometry::{BoundingBox, MAX_SIDE};
 use crate::{Error, error};
@@ -185,7 +185,7 @@ impl TargetTracker for NetworkTarget {
         &mut self,
         input: Input<'_>,
         scratch: &mut NetworkScratch,
-        show: Show<'_, Self>,
+        show: ViewSink<'_, Self>,
         estimate: &mut Estimate,
     ) -> Result<(), NetworkError> {
         let frame = input.frame;

@@ -14,7 +14,7 @@ use crate::patch_model::memory::LearningScratch;
 use crate::patch_model::model::{
     CandidateScores, Candidates, LikelihoodRequest, PatchErrorScratch, PatchModel, cut_candidate,
 };
-use crate::target_tracker::{Input, Show, Start, TargetTracker};
+use crate::target_tracker::{Input, Start, TargetTracker, ViewSink};
 use crate::vision::geometry::BoundingBox;
 use crate::vision::state::State;
 use crate::vision::warp;
@@ -114,7 +114,7 @@ impl TargetTracker for PaperTarget {
         &mut self,
         input: Input<'_>,
         scratch: &mut PaperScratch,
-        show: Show<'_, Self>,
+        show: ViewSink<'_, Self>,
         estimate: &mut Estimate,
     ) -> Result<(), NetworkError> {
         let (image, config) = (input.grey, &self.config);

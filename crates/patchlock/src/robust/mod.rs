@@ -27,7 +27,7 @@ use crate::network::Network;
 use crate::network_error::NetworkError;
 use crate::patch_model::memory::LearningScratch;
 use crate::patch_model::visibility::Visibility;
-use crate::target_tracker::{Input, Show, Start, TargetTracker};
+use crate::target_tracker::{Input, Start, TargetTracker, ViewSink};
 use crate::vision::frame::Frame;
 use crate::{Error, error};
 pub use config::RobustConfig;
@@ -154,7 +154,7 @@ impl TargetTracker for RobustTarget {
         &mut self,
         input: Input<'_>,
         scratch: &mut RobustScratch,
-        show: Show<'_, Self>,
+        show: ViewSink<'_, Self>,
         estimate: &mut Estimate,
     ) -> Result<(), NetworkError> {
         let frame = input.frame;
