@@ -10,6 +10,7 @@ mod histories;
 mod methods;
 mod multi;
 mod network;
+mod refusals;
 mod same_boxes;
 mod sequence;
 mod snapshot;

@@ -2,6 +2,7 @@
 
 use crate::methods::{all, complete_many};
 use crate::sequence::{SIMPLE, bits};
+use crate::snapshot::number_outside;
 use patchlock::{
     BoundingBox, Error, Estimate, Frame, FrameView, MultiSnapshot, MultiTracker, TargetEstimate,
     TargetId, Tracker, TrackerConfig,
@@ -243,16 +244,13 @@ fn a_tracker_without_targets_can_be_saved() {
 fn a_damaged_snapshot_is_refused() {
     for config in all() {
         let (_, text) = saved(config.clone());
-        let (setting, outside, named) = match config.method.patches() {
-            Some(_) => (r#""templates":10"#, r#""templates":0"#, "`templates` is 0"),
-            None => (r#""lost_score":0.25"#, r#""lost_score":1.5"#, "`lost_score` is 1.5"),
-        };
+        let [setting, outside, named] = number_outside(&config);
         let damaged = [
             (text.replacen(r#""version":11"#, r#""version":8"#, 1), "version is 8"),
             (text.replacen(r#""next":4"#, r#""next":3"#, 1), "[1, 3, 3] do not rise"),
             (text.replacen("[[1,", "[[3,", 1), "[3, 3, 4] do not rise"),
             (text.replacen("[[1,", "[[0,", 1), "[0, 3, 4] do not rise"),
-            (text.replacen(setting, outside, 1), named),
+            (text.replacen(&setting, &outside, 1), &*named),
             (text.replacen(r#""frame_size":{"#, r#""frame":{"#, 1), "no frame size"),
             (text.replacen(r#""width":240"#, r#""width":0"#, 1), "frame size is 0"),
         ];

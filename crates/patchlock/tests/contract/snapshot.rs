@@ -53,7 +53,7 @@ fn a_restored_tracker_needs_frames_of_the_same_size() {
 }
 
 /// The first number of a method as a snapshot has it, one beyond its range, and what is said of that.
-fn number_outside(config: &TrackerConfig) -> [String; 3] {
+pub fn number_outside(config: &TrackerConfig) -> [String; 3] {
     let (row, max) = PARAMETERS
         .iter()
         .filter(|row| row.group == config.method.name())
