@@ -115,7 +115,7 @@ def test_the_command_writes_the_same_from_a_table(tmp_path, format):
 @pytest.mark.parametrize(
     ("options", "error", "says"),
     [
-        ({"format": "vot"}, ValueError, "no format vot; the formats are mot, kitti, coco"),
+        ({"format": "vot"}, ValueError, 'no format "vot"; the formats are mot, kitti, coco'),
         ({"format": "coco"}, ValueError, "needs the frame size"),
         ({"format": "coco", "size": (0, 5)}, ValueError, "0 x 5"),
         ({"format": "mot", "key_frames": 5}, ValueError, "no key frames"),
